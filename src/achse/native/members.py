@@ -13,8 +13,6 @@ from enum import EnumMeta
 from itertools import pairwise
 from types import CodeType, FunctionType, ModuleType
 
-__all__ = ["fold_members", "reached"]
-
 _KNOWN = (3, 11) <= sys.version_info[:2] <= (3, 13)
 _GLOBAL, _ATTRIBUTE = dis.opmap["LOAD_GLOBAL"], dis.opmap["LOAD_ATTR"]
 _CONSTANT, _JUMP = dis.opmap["LOAD_CONST"], dis.opmap["JUMP_FORWARD"]

@@ -12,21 +12,6 @@ from typing import Any, Protocol
 
 from achse.native.declare import LINE_WORDS, RecordLayout, Slot
 
-__all__ = [
-    "AttributeCell",
-    "Cell",
-    "ComputedCell",
-    "ComputedFields",
-    "MemoryCell",
-    "RowView",
-    "Rows",
-    "field_property",
-    "gather",
-    "reader",
-    "structure_of",
-]
-
-
 _LINE = 8 * LINE_WORDS
 
 

@@ -8,8 +8,6 @@ import ast
 import linecache
 from types import CodeType, FunctionType
 
-__all__ = ["merge_steps"]
-
 
 def merge_steps(function: FunctionType) -> None:
     """Replace each loop of a function that only calls the functions of a table of its module.

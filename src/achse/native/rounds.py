@@ -17,8 +17,6 @@ from achse.native.backend.module import ModuleInterface
 from achse.native.backend.types import ADDRESS, I64, CallTarget, FunctionSignature
 from achse.native.compiled import bound_call
 
-__all__ = ["Rounds"]
-
 _NAME = "rounds"
 
 _ASSEMBLY = """

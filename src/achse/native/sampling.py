@@ -13,19 +13,6 @@ from achse.native.compiled import Kernel
 from achse.native.declare import Slot, lay_out
 from achse.native.memory import ComputedCell, ComputedFields, MemoryCell, RowView, gather
 
-__all__ = [
-    "COUNT_SHIFT",
-    "END_MASK",
-    "KERNEL",
-    "LAYOUT",
-    "SampledValue",
-    "Sampler",
-    "is_fixed",
-    "put",
-    "write_changed",
-    "write_values",
-]
-
 COUNT_SHIFT = 32
 END_MASK = (1 << COUNT_SHIFT) - 1
 """The result of `write_values`: where the bytes end, and above these bits how many values."""

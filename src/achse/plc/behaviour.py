@@ -21,8 +21,6 @@ from achse.iec import DeclarationError, IecType, StructType
 from achse.iec.describe import types_within
 from achse.iec.structs import RecordKind, RecordMeta, StaticRecord
 
-__all__ = ["with_behaviour"]
-
 
 def with_behaviour(
     units: Iterable[type[StaticRecord]],

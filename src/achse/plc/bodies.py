@@ -17,8 +17,6 @@ from achse.plc.routines.routine_calls import Guard, RoutineCalls, unguarded
 from achse.plc.routines.xml_documents import XML_FUNCTIONS
 from achse.st.typed.project import Routine, TypedProject
 
-__all__ = ["Bodies"]
-
 
 class Bodies:
     """The routines of a typed project in one PLC.

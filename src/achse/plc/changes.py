@@ -18,8 +18,6 @@ from achse.plc.task import Task
 if TYPE_CHECKING:
     from achse.plc.bodies import Bodies
 
-__all__ = ["TrialPlacement", "calls_like", "with_code"]
-
 Row = tuple[Any, ...]
 
 

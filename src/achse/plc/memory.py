@@ -8,17 +8,6 @@ from typing import Any, TypeAlias, cast
 
 from achse.iec import Buffer, Place, Record, Variable
 
-__all__ = [
-    "ADDRESS_BITS",
-    "DEFAULT_SIZES",
-    "Area",
-    "AreaFullError",
-    "Bytes",
-    "Memory",
-    "MemoryRangeError",
-    "Region",
-]
-
 
 class Area(Enum):
     """The memory areas of a PLC; the value is the prefix of direct addresses, or a name."""

@@ -20,16 +20,6 @@ from achse.iec.elementary import BoolType
 from achse.iec.structs import StaticRecord
 from achse.plc.memory import DEFAULT_SIZES, SPARSE, Area, AreaFullError, Memory
 
-__all__ = [
-    "PlacedUnit",
-    "PlacedVariable",
-    "area_sizes",
-    "hand_to_blocks",
-    "partner_names",
-    "place",
-    "place_statics",
-]
-
 _AREAS = {
     "I": Area.INPUT,
     "Q": Area.OUTPUT,

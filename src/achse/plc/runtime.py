@@ -27,8 +27,6 @@ if TYPE_CHECKING:
     from achse.plc.bodies import Bodies  # half of a start; only Structured Text needs it
     from achse.plc.debug import Debugger
 
-__all__ = ["PlcRuntime", "PlcState", "PlcStateError"]
-
 log = logging.getLogger("achse.plc")
 
 U = TypeVar("U", bound=StaticRecord)

@@ -8,8 +8,6 @@ from achse.plc.program import PlacedVariable
 from achse.plc.runtime import PlcRuntime
 from achse.st.symbolfiles import FileTask, FileVariable, SymbolFile
 
-__all__ = ["symbol_file"]
-
 _LETTERS = {
     Area.INPUT: "I",
     Area.OUTPUT: "Q",

@@ -9,15 +9,6 @@ from achse.iec.system_types import APP_INFO, TASK_INFO
 from achse.plc.program import PlacedVariable
 from achse.plc.task import Task
 
-__all__ = [
-    "APP_INFO",
-    "SYSTEM_LIST",
-    "TASK_INFO",
-    "SystemInfo",
-    "lists_of_runtime",
-    "system_info_list",
-]
-
 _OBJECT_ID_OF_APP = 0x0850_2000
 _OBJECT_ID_OF_FIRST_TASK = 0x0201_0030
 """Object ids as TwinCAT hands them out to the first PLC project and its tasks."""

@@ -4,8 +4,6 @@ from collections.abc import Callable, Sequence
 
 from achse.iec import Program
 
-__all__ = ["Stopwatch", "Task"]
-
 Stopwatch = Callable[[], int]
 """Reads a clock in nanoseconds; only differences of its values mean anything."""
 

@@ -12,22 +12,6 @@ from typing import Any, NamedTuple, Protocol
 
 from achse.extras import needs_extra
 
-__all__ = [
-    "Demanded",
-    "Moment",
-    "PathMoment",
-    "Picture",
-    "PictureError",
-    "PlotExtraMissing",
-    "Quantity",
-    "Recorded",
-    "cam",
-    "cam_demands",
-    "moves",
-    "path",
-    "recording",
-]
-
 MOST_AREAS = 8
 """Areas above each other in a recording whose channels are not named."""
 

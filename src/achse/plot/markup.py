@@ -6,8 +6,6 @@ from html import escape
 
 from achse.plot.figures import Picture, PictureError, PlotExtraMissing
 
-__all__ = ["drawn", "facts", "picture", "table"]
-
 
 def table(caption: str, head: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
     """A table with a caption; numbers are at the right."""

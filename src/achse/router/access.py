@@ -13,8 +13,6 @@ from typing import NamedTuple
 
 from achse.router.rights import ALL_RIGHTS, Right
 
-__all__ = ["PasswordHash", "Users", "hash_password"]
-
 _COST, _BLOCK, _PARALLEL = 1 << 14, 8, 1
 """16 MB and some 40 ms per check."""
 

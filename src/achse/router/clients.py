@@ -3,8 +3,6 @@
 import heapq
 from collections.abc import Iterator
 
-__all__ = ["LISTED_CLIENTS", "MOST_CLIENTS", "ClientFigures", "Clients"]
-
 MOST_CLIENTS = 4096
 """Addresses that are counted; for one more the one that came first is forgotten."""
 

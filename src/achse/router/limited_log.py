@@ -5,8 +5,6 @@ from collections.abc import Callable, Hashable, Mapping
 
 from achse.router.rate import Rates
 
-__all__ = ["LimitedLog"]
-
 
 class LimitedLog:
     """Warnings of `log`: one a second for each client (3 at once), 5 for all (20 at once).

@@ -6,8 +6,6 @@ buffer and 200 kB for administration.
 
 from collections.abc import Iterable
 
-__all__ = ["ADMINISTRATION_KB", "MESSAGE_BUFFER_KB", "notification_packet", "router_memory_kb"]
-
 MESSAGE_BUFFER_KB = 500
 ADMINISTRATION_KB = 200
 

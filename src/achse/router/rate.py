@@ -2,8 +2,6 @@
 
 from collections.abc import Hashable
 
-__all__ = ["Rate", "Rates"]
-
 _SECOND = 1_000_000_000
 
 

@@ -14,8 +14,6 @@ from achse.codes.groups import FILES, NAMED, SUMS
 from achse.codes.ports import SYSTEM_PORT
 from achse.codes.station import SERVICE_PORT
 
-__all__ = ["ALL_RIGHTS", "NO_RIGHTS", "Right", "needed_rights", "rights_named"]
-
 
 class Right(Flag):
     """Rights of a client."""

@@ -15,8 +15,6 @@ from achse.router.clients import Clients
 from achse.router.forwarding.resubscription import Resubscription
 from achse.router.routes import RouteTable
 
-__all__ = ["FIRST_CLIENT_PORT", "LOOPBACK_NET_ID", "Gate", "Router", "Watcher"]
-
 log = logging.getLogger("achse.router")
 
 FIRST_CLIENT_PORT = 32768

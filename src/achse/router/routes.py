@@ -14,17 +14,6 @@ from achse.ams import NetId
 from achse.ams.secure import SECURE_PORT, parse_fingerprint
 from achse.router.rights import ALL_RIGHTS, NO_RIGHTS, Right
 
-__all__ = [
-    "Admission",
-    "FixedRouteError",
-    "Route",
-    "RouteError",
-    "RouteFlags",
-    "RouteTable",
-    "RouteTls",
-    "TlsKind",
-]
-
 _MAX_NAME = 255
 _MAX_HOST = 255
 

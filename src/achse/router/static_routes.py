@@ -13,8 +13,6 @@ from achse.ams import NetId
 from achse.router.rights import ALL_RIGHTS, Right, rights_named
 from achse.router.routes import Route, RouteError, RouteFlags, RouteTls, TlsKind
 
-__all__ = ["parse_static_routes", "static_routes"]
-
 log = logging.getLogger("achse.router")
 
 _MAX_TEXT = 4 * 1024 * 1024

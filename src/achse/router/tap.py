@@ -10,8 +10,6 @@ from achse.ams import AmsAddress, Command, DecodeError, Frame, RouterError
 from achse.codes import ReturnCode
 from achse.router.router import Router
 
-__all__ = ["Captured", "Tap", "Taps", "decode_batch", "encode_batch"]
-
 _HEAD = struct.Struct("<QBBI")
 """Time in Unix ns, direction, length of the peer's name, length of the AMS packet."""
 

@@ -19,18 +19,6 @@ from achse.scope.channel import channel_of
 from achse.scope.data import ScopeBlock, ScopeData
 from achse.scope.types import SCOPE_TYPES, WORD, ScopeError
 
-__all__ = [
-    "CHUNK",
-    "MAGIC",
-    "ScopeChunk",
-    "ScopeWriter",
-    "chunks_in",
-    "encode_chunk",
-    "header_of",
-    "read_scope",
-    "write_scope",
-]
-
 MAGIC = b"ACHSCOPE"
 CHUNK = struct.Struct("<IIQ")
 _HEAD = struct.Struct("<8sII")

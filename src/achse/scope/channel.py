@@ -11,8 +11,6 @@ from typing import Any
 
 from achse.scope.types import ScopeError, type_of_words
 
-__all__ = ["LONGEST_NAME", "ScopeChannel", "channel_of", "nanoseconds"]
-
 LONGEST_NAME = 255
 """Characters of a channel's name, and of a symbol's."""
 

@@ -16,8 +16,6 @@ from typing import Any, TextIO
 
 from achse.scope.data import ScopeData, ScopeTrack
 
-__all__ = ["csv_text", "write_csv"]
-
 _FILETIME_EPOCH = 116_444_736_000_000_000
 """1970-01-01 in units of 100 ns since 1601-01-01."""
 

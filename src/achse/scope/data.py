@@ -19,8 +19,6 @@ if TYPE_CHECKING:
     import pandas
     import polars
 
-__all__ = ["ScopeBlock", "ScopeData", "ScopeTrack"]
-
 
 @dataclass(frozen=True)
 class ScopeBlock:

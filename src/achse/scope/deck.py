@@ -18,8 +18,6 @@ from achse.scope.kernel import KERNEL, SAMPLED, WATCHED
 from achse.scope.trigger import ScopeTrigger
 from achse.scope.types import WORD, ScopeType
 
-__all__ = ["Deck", "DeckChannel", "ScopeSource", "address_of"]
-
 _COPIED = 256 * 1024
 """Bytes that are copied at once where others wait."""
 

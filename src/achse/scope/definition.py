@@ -14,16 +14,6 @@ from achse.scope.channel import LONGEST_NAME, ScopeChannel, channel_of
 from achse.scope.trigger import ScopeTrigger, trigger_of
 from achse.scope.types import ScopeError
 
-__all__ = [
-    "DEFAULT_LENGTH",
-    "LONGEST_RECORD",
-    "MOST_CHANNELS",
-    "MOST_TRIGGERS",
-    "ScopeDefinition",
-    "definition_of",
-    "parse_definition",
-]
-
 DEFAULT_LENGTH = 10.0
 LONGEST_RECORD = 3600.0
 """Seconds. The manual prints no unit and no range (000 §5.2); ours are seconds, above 0 to 3600."""

@@ -11,8 +11,6 @@ from achse.native.compiled import Kernel
 from achse.native.declare import Slot, lay_out
 from achse.scope.trigger import TriggerEvent
 
-__all__ = ["KERNEL", "SAMPLED", "WATCHED", "SampledChannel", "WatchedChannel", "take_sample"]
-
 
 class SampledChannel:
     """Place of a channel's value: word, first bit in the word, and the bits that count."""

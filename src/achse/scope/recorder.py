@@ -14,8 +14,6 @@ from achse.scope.deck import Deck, DeckChannel, ScopeSource
 from achse.scope.definition import ScopeDefinition
 from achse.scope.types import WORD, ScopeError
 
-__all__ = ["Recorder", "ScopeState"]
-
 
 class ScopeState(IntEnum):
     """State of a scope."""

@@ -6,8 +6,6 @@ Texts are UTF-8, what has structure is JSON; times are Unix time in ns.
 import struct
 from enum import IntEnum, StrEnum
 
-__all__ = ["SAMPLES_REQUEST", "SCOPE_PORT", "ScopeCommand", "ScopeGroup"]
-
 SCOPE_PORT = 14_000
 """The AMS port (000 §5.2)."""
 

@@ -6,8 +6,6 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from achse.scope.data import ScopeData
 
-__all__ = ["html_of", "png_of", "summary"]
-
 _SHOWN_SAMPLES = 2_000_000
 """More are not looked through before a notebook shows a recording."""
 

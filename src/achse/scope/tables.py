@@ -11,8 +11,6 @@ if TYPE_CHECKING:
     import pandas
     import polars
 
-__all__ = ["to_pandas", "to_polars", "write_parquet"]
-
 
 def _missing(failure: ImportError) -> ScopeError:
     return ScopeError(needs_extra(f"a table ({failure.name})", "tables"))

@@ -13,15 +13,6 @@ from typing import Any
 from achse.scope.channel import LONGEST_NAME
 from achse.scope.types import ScopeError, ScopeType
 
-__all__ = [
-    "TRIGGER_KINDS",
-    "ScopeTrigger",
-    "TriggerBand",
-    "TriggerEvent",
-    "TriggerKind",
-    "trigger_of",
-]
-
 
 class TriggerEvent(IntEnum):
     """Sample in which a condition fires."""

@@ -8,8 +8,6 @@ import math
 import struct
 from dataclasses import dataclass
 
-__all__ = ["SCOPE_TYPES", "WORD", "ScopeError", "ScopeType", "type_of_number", "type_of_words"]
-
 WORD = 8
 """Bytes of a sample."""
 

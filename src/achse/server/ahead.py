@@ -13,8 +13,6 @@ from achse.server.frame_stream import FrameStream
 from achse.server.notifications import Notifications
 from achse.server.subscriptions import Beat, Channel, Pulse
 
-__all__ = ["PacketReceiver", "SamplesAhead"]
-
 
 @runtime_checkable
 class PacketReceiver(Protocol):

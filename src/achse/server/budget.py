@@ -19,8 +19,6 @@ from achse.server.subscriptions import Beat, Channel
 if TYPE_CHECKING:
     from achse.server.notifications import Notifications
 
-__all__ = ["SampleBudget"]
-
 log = logging.getLogger("achse.server")
 
 _SECOND = 1_000_000_000

@@ -5,8 +5,6 @@ from collections.abc import Callable
 from achse.ams import DeviceError
 from achse.codes import ReturnCode
 
-__all__ = ["Answer", "Deferred", "Result"]
-
 Result = Callable[[], bytes]
 """Gives the data of an answer, or raises what refused it."""
 

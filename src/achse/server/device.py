@@ -33,8 +33,6 @@ from achse.server.symbols import SymbolServices, SymbolSource
 from achse.server.table import Group, IndexGroup, ServiceTable
 from achse.server.usage import Usage
 
-__all__ = ["DIRECT_CODES_OF_A_PLC", "STATE_SERVICES", "Device", "DeviceRouter"]
-
 log = logging.getLogger("achse.server")
 
 DIRECT_CODES_OF_A_PLC: Mapping[int, ReturnCode] = {

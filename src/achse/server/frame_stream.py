@@ -22,8 +22,6 @@ from achse.native.sampling import (
     write_values,
 )
 
-__all__ = ["HEAD_SIZE", "KERNEL", "FrameStream", "StreamState", "write_frame"]
-
 _TCP_SIZE, _AMS_SIZE = 6, 32
 _TCP_LENGTH_AT, _AMS_LENGTH_AT, _STREAM_LENGTH_AT, _TIME_AT, _SAMPLES_AT = 2, 26, 38, 46, 54
 

@@ -14,8 +14,6 @@ from achse.server.limits import ClientLimits
 from achse.server.table import Reader
 from achse.server.usage import Usage, host_of
 
-__all__ = ["Handle", "HandleOwner", "HandleTable"]
-
 Symbol = TypeVar("Symbol")
 
 _TIME_SHIFT = 14

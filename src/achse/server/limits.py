@@ -2,8 +2,6 @@
 
 from dataclasses import dataclass, field
 
-__all__ = ["ClientLimits"]
-
 
 def _limit(default: int, minimum: int) -> int:
     """Return a field that a configuration may set, with its least value as metadata."""

@@ -27,8 +27,6 @@ from achse.server.subscriptions import (
 from achse.server.table import Reader
 from achse.server.usage import Scheduled, Usage, host_of
 
-__all__ = ["IN_CONTEXT", "Notifications", "Sender"]
-
 log = logging.getLogger("achse.server")
 
 _MILLISECOND = 10_000

@@ -19,20 +19,6 @@ from achse.ams import DeviceError
 from achse.codes import ReturnCode
 from achse.iec.errors import IecError
 
-__all__ = [
-    "BYTES",
-    "READ",
-    "READ_WRITE",
-    "VOID",
-    "WRITE",
-    "Access",
-    "Codec",
-    "Layout",
-    "Repeated",
-    "RowFacts",
-    "Service",
-]
-
 
 class Access(Flag):
     """ADS commands that a row answers."""

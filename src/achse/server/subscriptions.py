@@ -21,8 +21,6 @@ from achse.native.memory import Cell, ComputedCell, MemoryCell, gather
 from achse.native.sampling import Sampler, is_fixed
 from achse.server.table import Reader
 
-__all__ = ["Batch", "Beat", "Channel", "Holding", "NotificationHandle", "Pulse", "Series", "hint"]
-
 log = logging.getLogger("achse.server")
 
 _FRAME_COST, _CALL_COST, _BYTES_OF_ONE = 64, 8, 256

@@ -16,8 +16,6 @@ from achse.codes import ReservedGroup, ReturnCode
 from achse.codes.groups import SUMS
 from achse.server.table import IndexGroup, RawGroup, ServiceTable
 
-__all__ = ["MAX_PARTS", "NotificationTarget", "SumCommands"]
-
 log = logging.getLogger("achse.server")
 
 MAX_PARTS = 500

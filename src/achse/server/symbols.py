@@ -15,8 +15,6 @@ from achse.server.handles import HandleTable
 from achse.server.limits import ClientLimits
 from achse.server.table import IndexGroup, RawGroup, Reader
 
-__all__ = ["ResolvedSymbol", "SymbolServices", "SymbolSource", "TableSizes", "decode_name"]
-
 _HANDLE = struct.Struct("<I")
 _HANDLE_AND_TYPE = struct.Struct("<IIIH")
 _ENTRY_SIZE = struct.Struct("<12xII")

@@ -12,8 +12,6 @@ from achse.ams import DeviceError
 from achse.codes import ReturnCode
 from achse.server.rows import READ, READ_WRITE, WRITE, Access, RowFacts, Service
 
-__all__ = ["AreaGroup", "Group", "IndexGroup", "ObjectGroup", "RawGroup", "Reader", "ServiceTable"]
-
 Reader = Callable[[], bytes]
 """Takes one sample; never longer than was asked for when it was made."""
 

@@ -12,16 +12,6 @@ from achse.server.budget import SampleBudget
 from achse.server.limits import ClientLimits
 from achse.server.subscriptions import Channel
 
-__all__ = [
-    "AbandonedHandles",
-    "HostCounts",
-    "Keeper",
-    "Scheduled",
-    "Usage",
-    "host_of",
-    "host_share",
-]
-
 
 def host_of(way: object) -> str:
     """Return the IP address at the far end of a connection; empty for what has none."""

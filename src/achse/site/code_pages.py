@@ -11,8 +11,6 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import NamedTuple
 
-__all__ = ["CodePage", "code_pages", "framed", "linked", "write_code_pages"]
-
 
 class CodePage(NamedTuple):
     """An error code: `place` is its folder below reference/, `table` that of its table's page."""

@@ -6,8 +6,6 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from achse.st.explanations.explanation import Explanation
 
-__all__ = ["INDEX", "finding_pages"]
-
 INDEX = "findings.md"
 """Page that lists the codes."""
 

@@ -24,17 +24,6 @@ from achse.site.code_pages import write_code_pages
 from achse.site.navigation import navigation, overview
 from achse.site.pictures import MOVING, PICTURES, TEXTS
 
-__all__ = [
-    "PAGES",
-    "anchored",
-    "generated_pages",
-    "on_files",
-    "on_page_markdown",
-    "on_post_build",
-    "on_post_page",
-    "relinked",
-]
-
 ROOT = Path(__file__).parents[3]
 
 PAGES = {

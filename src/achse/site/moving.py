@@ -18,18 +18,6 @@ from pathlib import Path
 from typing import NamedTuple
 from xml.sax.saxutils import escape
 
-__all__ = [
-    "CAST_FILE",
-    "TerminalLine",
-    "axis_positions",
-    "demo_picture",
-    "lines_of",
-    "moving_picture",
-    "record",
-    "still_demo_picture",
-    "still_picture",
-]
-
 CAST_FILE = "ACHSE_DEMO_CAST"
 """Environment variable with the name of a cast to draw instead of a new one."""
 

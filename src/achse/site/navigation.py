@@ -6,8 +6,6 @@ How-to pages are in the groups of README's list, so that the list is kept once.
 import re
 from collections.abc import Iterable, Mapping
 
-__all__ = ["Section", "how_to_groups", "navigation", "overview"]
-
 Section = dict[str, "list[str | Section]"]
 """A heading and what stands below it, as MkDocs takes it."""
 

@@ -5,8 +5,6 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from achse.drive.objects import ObjectRow
 
-__all__ = ["access_text", "object_cells", "pdo_text"]
-
 
 def object_cells(row: "ObjectRow") -> tuple[str, str, str, str, str, str, str]:
     """Return index, type, access, PDO mappability, default, unit and name of an entry."""

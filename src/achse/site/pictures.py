@@ -13,8 +13,6 @@ from typing import Any
 
 from achse.site.moving import demo_picture, still_demo_picture
 
-__all__ = ["MOVING", "PICTURES", "TEXTS"]
-
 _LEDGER = Path(__file__).parents[3] / "benchmarks" / "ledger" / "figures.tsv"
 _STEP = 0.002
 _PROGRAM = """PROGRAM MAIN

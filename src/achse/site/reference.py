@@ -12,8 +12,6 @@ if TYPE_CHECKING:
     from achse.server import Device, RowFacts
     from achse.st.syntax.tree import VarBlock
 
-__all__ = ["ALL_PAGES", "library_rows", "reference_pages"]
-
 
 def reference_pages(devices: Iterable["Device"]) -> Iterator[tuple[str, str]]:
     """Path and Markdown text of each page: one per device, the codes, what is covered."""

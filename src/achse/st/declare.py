@@ -44,8 +44,6 @@ from achse.st.syntax.units import (
 from achse.st.syntax.units import Program as ProgramTree
 from achse.st.values.values import NotConstant
 
-__all__ = ["Declarations", "declare", "declare_again", "examine", "faults_of", "named_sources"]
-
 _HINT = (
     "types of libraries come from `libraries`: their sources, or declarations that stand in for"
     " them; or from the .tmc of the built project, there or beside the sources;"

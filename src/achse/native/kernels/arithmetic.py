@@ -28,15 +28,6 @@ from achse.native.kernels.kinds import (
     machine_types,
 )
 
-__all__ = [
-    "LIBRARY",
-    "Arithmetic",
-    "KernelSignature",
-    "TranslationError",
-    "TranslationUnit",
-    "Ways",
-]
-
 LIBRARY: dict[Callable[..., Any], str] = {getattr(math, name): name for name in MATH}
 """Functions that are those of the C library."""
 

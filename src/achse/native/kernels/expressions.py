@@ -30,8 +30,6 @@ from achse.native.kernels.kinds import (
     machine_types,
 )
 
-__all__ = ["ExpressionCompiler", "Local", "NumberLocation"]
-
 _INTRINSICS: dict[Callable[..., Any], str] = {math.copysign: "copysign", math.fabs: "fabs"}
 _ROUNDINGS: dict[Callable[..., Any], Rounding] = {
     math.ceil: Rounding.UP,

@@ -7,24 +7,6 @@ from achse.native.backend import types
 from achse.native.backend.types import MachineType, Operand
 from achse.native.declare import RecordLayout
 
-__all__ = [
-    "BOOL",
-    "BYTE",
-    "INT",
-    "NOTHING",
-    "REAL",
-    "KernelValue",
-    "RecordReference",
-    "Row",
-    "RowTables",
-    "Scalar",
-    "Several",
-    "ValueKind",
-    "described",
-    "joined",
-    "machine_types",
-]
-
 
 @dataclass(frozen=True)
 class Scalar:

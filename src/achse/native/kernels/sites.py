@@ -4,8 +4,6 @@ import builtins
 import json
 from dataclasses import astuple, dataclass
 
-__all__ = ["Sites", "TrapSite"]
-
 
 @dataclass(frozen=True, slots=True)
 class TrapSite:

@@ -20,8 +20,6 @@ from achse.native.kernels.kinds import (
     machine_types,
 )
 
-__all__ = ["FunctionCompiler"]
-
 
 class _Changed(Exception):
     """A local name turned out to hold a wider kind than was thought; begin again."""

@@ -64,8 +64,6 @@ from achse.native.kernels.kinds import (
 from achse.native.kernels.sites import Sites, TrapSite
 from achse.native.kernels.statements import FunctionCompiler
 
-__all__ = ["BOUND", "ENTRY", "TranslationError", "interface_of", "source_of", "translate"]
-
 ENTRY = "entry"
 """Name of the function of the machine code that is called from outside."""
 

@@ -13,8 +13,6 @@ from types import CodeType
 
 from achse.native.backend.cache import ObjectCache
 
-__all__ = ["CodeStore"]
-
 _DIGEST_SIZE = 20
 
 

@@ -10,8 +10,6 @@ from dataclasses import dataclass
 from types import CodeType
 from typing import Any
 
-__all__ = ["EMITTED", "EmittedProgram", "EmittedPrograms"]
-
 _PROGRAMS = 64
 _ROUTINES = 500
 """Most routines of a program that is kept: large ones would stay in memory a second time."""

@@ -36,8 +36,6 @@ from achse.st.typed.statements import TypedStatement, TypedStatements
 if TYPE_CHECKING:
     from achse.plc.machine.program import MachineProgram
 
-__all__ = ["Builtins", "CodeForm", "Execution", "Listener"]
-
 log = logging.getLogger("achse.plc")
 
 Builtins = Mapping[str, Callable[..., Any]]

@@ -17,8 +17,6 @@ from achse.plc.lowering.places import is_large
 from achse.st.check.kinds import counted, is_whole
 from achse.st.typed.expressions import Conversion, EnumName, Known, Operator
 
-__all__ = ["ExpressionWriter"]
-
 _ARITHMETIC = {
     Operator.ADD: ("+", Precedence.ADD),
     Operator.SUB: ("-", Precedence.ADD),

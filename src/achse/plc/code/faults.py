@@ -5,8 +5,6 @@ from dataclasses import dataclass
 from enum import IntEnum
 from types import TracebackType
 
-__all__ = ["CATCHABLE", "ExceptionCode", "FaultReport", "PlcFault", "code_of", "report_of"]
-
 
 class ExceptionCode(IntEnum):
     """`__SYSTEM.ExceptionCode`: why a program was stopped."""

@@ -8,8 +8,6 @@ from achse.plc.code.faults import ExceptionCode, PlcFault
 from achse.plc.code.views import Views
 from achse.plc.memory import Area, Memory
 
-__all__ = ["HEAP_SIZE", "STACK_SIZE", "Frames", "Heap"]
-
 STACK_SIZE = 1 << 20
 """Bytes for frames with variables that need an address."""
 

@@ -9,8 +9,6 @@ from achse.iec.types import IecType
 from achse.plc.lowering.project import LoweredProject
 from achse.st.typed.project import Routine
 
-__all__ = ["Linker", "Probe"]
-
 
 class Probe(Protocol):
     """Marks in code for a debugger, as pieces of Python."""

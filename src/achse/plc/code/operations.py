@@ -12,16 +12,6 @@ from typing import Any
 from achse.plc.code.faults import ExceptionCode, PlcFault
 from achse.st.check.folding import rounded
 
-__all__ = [
-    "OPERATIONS",
-    "out_of_bounds",
-    "quotient",
-    "real_operations",
-    "remainder",
-    "rotated",
-    "single",
-]
-
 _single = memoryview(bytearray(4)).cast("f")
 
 

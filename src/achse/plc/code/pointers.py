@@ -9,8 +9,6 @@ from achse.plc.code.faults import ExceptionCode, PlcFault
 from achse.plc.code.views import FORMATS, OFFSET_MASK, Views
 from achse.plc.memory import ADDRESS_BITS
 
-__all__ = ["pointer_operations"]
-
 Parts = tuple[tuple[int, int], ...]
 
 

@@ -17,8 +17,6 @@ from achse.plc.lowering.routines import lowered
 from achse.plc.memory import ADDRESS_BITS
 from achse.st.typed.project import Routine
 
-__all__ = ["compiled", "emit_routine", "function_of", "routine_code", "source_of"]
-
 
 def source_of(routine: Routine, linker: Linker) -> str:
     """The Python source of a routine, for those who want to see it."""

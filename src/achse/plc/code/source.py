@@ -6,8 +6,6 @@ from typing import NamedTuple
 
 from achse.iec.elementary import IntegerType
 
-__all__ = ["ATOM", "CodeExpression", "Precedence", "SourceLine", "SourceLines", "exact", "joined"]
-
 
 class Precedence:
     """Precedence of Python's operators; an expression gets parentheses where it needs them."""

@@ -16,8 +16,6 @@ from achse.plc.lowering import nodes
 from achse.plc.lowering.statements import JUMP_COST
 from achse.st.typed.statements import JumpMark, JumpTo, LoopExit, LoopNext, RoutineExit
 
-__all__ = ["StatementWriter"]
-
 _DEEPEST = 12
 """Loops and __TRY inside each other in one Python function, which takes 20 at most: a statement
 and its list may add some before the next statement is checked."""

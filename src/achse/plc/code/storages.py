@@ -19,8 +19,6 @@ from achse.st.check.kinds import counted, is_whole
 if TYPE_CHECKING:
     from achse.plc.code.expressions import ExpressionWriter
 
-__all__ = ["Storages", "encoded_from", "format_of", "local_name", "ranged"]
-
 _POINTER_MASK = (1 << 64) - 1
 _SIZES = {"b": 1, "h": 2, "i": 4, "q": 8, "f": 4, "d": 8}
 

@@ -20,8 +20,6 @@ from achse.plc.code.operations import single
 from achse.st.lexis.literals import literal_value
 from achse.st.syntax.cursor import Unexpected
 
-__all__ = ["TEXTS", "recoded", "text_read", "text_written"]
-
 _LONGEST = 255
 
 _WHOLE = re.compile(r"[ \t]*([+-]?)(?:(2|8|16)#([0-9A-Fa-f_]+)|([0-9]+))")

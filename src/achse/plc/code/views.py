@@ -5,8 +5,6 @@ from typing import Any, Literal, TypeAlias
 
 from achse.plc.memory import ADDRESS_BITS, Area, Memory
 
-__all__ = ["AREA_LETTERS", "FORMATS", "OFFSET_MASK", "Views"]
-
 Format: TypeAlias = Literal["B", "b", "H", "h", "I", "i", "Q", "q", "f", "d"]
 
 FORMATS: tuple[Format, ...] = ("B", "b", "H", "h", "I", "i", "Q", "q", "f", "d")

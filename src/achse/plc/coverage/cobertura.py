@@ -8,8 +8,6 @@ from xml.etree import ElementTree
 from achse.plc.coverage.conditions import DecisionHits
 from achse.plc.coverage.results import BranchHits, CoverageResult, CoveredShare, FileCoverage
 
-__all__ = ["cobertura_xml"]
-
 _HEAD = (
     '<?xml version="1.0" encoding="UTF-8"?>\n'
     '<!DOCTYPE coverage SYSTEM "http://cobertura.sourceforge.net/xml/coverage-04.dtd">\n'

@@ -10,8 +10,6 @@ from achse.plc.lowering.decisions import DecisionShape
 from achse.st.lexis.lexer import END, scan
 from achse.st.lexis.source import Source
 
-__all__ = ["ConditionHits", "ConditionTexts", "DecisionHits"]
-
 _LOGIC = frozenset(("AND", "OR", "XOR", "NOT", "AND_THEN", "OR_ELSE"))
 _BOUNDS = frozenset(
     (

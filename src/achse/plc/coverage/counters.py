@@ -10,8 +10,6 @@ from achse.plc.lowering.project import LoweredProject
 from achse.plc.lowering.routines import lowered
 from achse.st.typed.project import Routine, RoutineKind
 
-__all__ = ["CoverageCounters", "CoveredRoutine", "is_own"]
-
 
 class CoveredRoutine(NamedTuple):
     """A routine and its counters."""

@@ -7,8 +7,6 @@ from achse.plc.coverage.conditions import DecisionHits
 from achse.plc.coverage.results import BranchHits, CoverageResult, CoveredShare, FileCoverage
 from achse.st.lexis.source import Source
 
-__all__ = ["STYLE", "code_lines", "page_of"]
-
 STYLE = """
 body { font: 14px system-ui, sans-serif; margin: 2em; color: #222; background: #fff; }
 table { border-collapse: collapse; } td, th { padding: 1px 8px; text-align: right; }

@@ -4,8 +4,6 @@ from collections.abc import Iterator
 
 from achse.plc.coverage.results import CoverageResult, FileCoverage
 
-__all__ = ["tracefile_of"]
-
 
 def tracefile_of(result: CoverageResult) -> str:
     """The text of a tracefile."""

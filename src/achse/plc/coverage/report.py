@@ -9,8 +9,6 @@ from achse.plc.coverage.lcov import tracefile_of
 from achse.plc.coverage.results import CoverageResult
 from achse.plc.coverage.text import summary_of
 
-__all__ = ["FORMS", "report_of"]
-
 
 def _summary(result: CoverageResult) -> str:
     return summary_of(result) + "\n"

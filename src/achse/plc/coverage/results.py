@@ -9,16 +9,6 @@ from achse.plc.coverage.counters import CoverageCounters, CoveredRoutine
 from achse.st.lexis.source import Source
 from achse.st.typed.project import Routine
 
-__all__ = [
-    "BranchHits",
-    "CoverageResult",
-    "CoveredShare",
-    "FileCoverage",
-    "RoutineCoverage",
-    "StatementHits",
-    "measured",
-]
-
 
 @dataclass(frozen=True, slots=True)
 class StatementHits:

@@ -4,8 +4,6 @@ from collections.abc import Iterator
 
 from achse.plc.coverage.results import CoverageResult, CoveredShare
 
-__all__ = ["summary_of"]
-
 _MOST_MISSING = 12
 """Places that a row names."""
 

@@ -7,8 +7,6 @@ from typing import Any, NamedTuple
 from achse.plc.code.execution import Execution
 from achse.st.typed.project import Routine, RoutineKind
 
-__all__ = ["CallRecord", "DebugBuild", "Mark", "matching_paths"]
-
 CallRecord = list[int]
 """Of a running call: number of the present mark, of the routine, address of the instance, offset
 of the frame."""

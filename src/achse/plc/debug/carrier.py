@@ -5,8 +5,6 @@ from collections.abc import Callable
 
 from achse.native.backend.thread_stack import start_with_stack
 
-__all__ = ["Carrier"]
-
 _STACK = 64 << 20
 """Bytes for calls inside each other."""
 

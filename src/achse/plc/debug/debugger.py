@@ -17,8 +17,6 @@ if TYPE_CHECKING:
     from achse.plc.runtime import PlcRuntime
     from achse.plc.task import Task
 
-__all__ = ["Breakpoint", "DebugCall", "DebugError", "Debugger", "StepKind", "Stop", "StopReason"]
-
 log = logging.getLogger("achse.plc")
 
 _MOST_BREAKPOINTS = 1000

@@ -28,8 +28,6 @@ from achse.st.syntax.tree import (
     Unary,
 )
 
-__all__ = ["EvaluationError", "assign", "evaluate", "is_expandable", "shown", "text_of"]
-
 _LONGEST_EXPRESSION = 4000
 _LONGEST_SHOWN = 400
 _DEEPEST = 100

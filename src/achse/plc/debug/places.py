@@ -20,8 +20,6 @@ from achse.st.typed.project import Routine
 if TYPE_CHECKING:
     from achse.plc.runtime import PlcRuntime
 
-__all__ = ["CallView", "DebugNames", "DebugSpot", "NotThere", "is_long"]
-
 _LONGEST_TEXT = 400
 
 

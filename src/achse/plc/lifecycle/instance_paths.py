@@ -13,8 +13,6 @@ from achse.iec.structs import RecordKind
 from achse.plc.memory import Memory
 from achse.plc.program import PlacedVariable
 
-__all__ = ["put_instance_paths"]
-
 
 def put_instance_paths(variables: Iterable[PlacedVariable], memory: Memory) -> None:
     """Write the name of each instance (`MAIN.fbAxis`) into its variables that ask for it.

@@ -20,8 +20,6 @@ from achse.st.check.kinds import known_from
 from achse.st.typed.places import flat
 from achse.st.typed.project import InitCall, Routine, TypedProject
 
-__all__ = ["InstanceLifecycle"]
-
 _RETAINS = _COPYING = True
 """Flags of FB_init and FB_exit, by their names in words."""
 

@@ -15,8 +15,6 @@ from achse.iec.types import IecType
 from achse.iec.variables import Variable
 from achse.plc.program import PlacedUnit, PlacedVariable
 
-__all__ = ["Moves", "is_alike", "is_not_copied", "is_renewed", "layouts", "unit_variable"]
-
 
 def is_alike(old: IecType[Any], new: IecType[Any]) -> bool:
     """Return True if values of one type are values of the other, byte by byte."""

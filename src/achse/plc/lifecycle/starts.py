@@ -9,8 +9,6 @@ from achse.iec.variables import PointedValue, StartValue, Variable
 from achse.plc.memory import Memory
 from achse.plc.program import PlacedUnit, PlacedVariable
 
-__all__ = ["put_start_values"]
-
 
 def put_start_values(
     units: Iterable[PlacedUnit],

@@ -17,8 +17,6 @@ from achse.st.check.kinds import known_from
 from achse.st.typed.places import flat
 from achse.st.typed.project import TypedProject, TypedRecord
 
-__all__ = ["StaticLives"]
-
 Functions = Callable[[str], Callable[..., Any]]
 """The code of a routine by its key."""
 

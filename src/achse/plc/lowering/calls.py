@@ -12,8 +12,6 @@ from achse.st.typed.expressions import AddressOf, Created, DirectTarget, Invocat
 from achse.st.typed.places import PointerBase, TemporaryBase, flat
 from achse.st.typed.project import Routine, RoutineKind, TypedBlock
 
-__all__ = ["WITH_PARAMETERS", "CallLowering", "initial_value", "outputs_of", "parameters_of"]
-
 WITH_PARAMETERS = frozenset(
     {RoutineKind.FUNCTION, RoutineKind.METHOD, RoutineKind.GET, RoutineKind.SET, RoutineKind.LIFE}
 )

@@ -14,17 +14,6 @@ from achse.plc.lowering import nodes
 from achse.plc.lowering.decisions import DecisionShape
 from achse.st.typed.expressions import Known, Operator
 
-__all__ = [
-    "BranchPoint",
-    "DecisionPoint",
-    "RoutineCounters",
-    "StatementPoint",
-    "Tally",
-    "can_leave",
-    "is_straight",
-]
-
-
 _MOST_TERMS = 6
 """Terms of a tally that others are made of."""
 

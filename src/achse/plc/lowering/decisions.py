@@ -14,8 +14,6 @@ from typing import NamedTuple, TypeAlias
 from achse.iec.elementary import BoolType
 from achse.st.typed.expressions import Computed, Known, Operator, Shortcut, TypedValue
 
-__all__ = ["MOST_CONDITIONS", "DecisionShape", "IndependencePair", "Vector", "shape_of"]
-
 MOST_CONDITIONS = 8
 """Conditions of a decision that is counted: there is a counter for each vector."""
 

@@ -8,8 +8,6 @@ from achse.plc.memory import Area
 from achse.plc.program import PlacedVariable
 from achse.st.typed.project import TypedProject
 
-__all__ = ["project_digest"]
-
 
 def project_digest(
     project: TypedProject,

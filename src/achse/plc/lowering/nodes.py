@@ -20,45 +20,6 @@ from achse.st.typed.statements import JumpMark, JumpTo, LoopExit, LoopNext, Rout
 if TYPE_CHECKING:
     from achse.plc.lowering.counters import RoutineCounters
 
-__all__ = [
-    "Branches",
-    "Check",
-    "Compute",
-    "ConditionBit",
-    "Convert",
-    "Copy",
-    "Count",
-    "CountVector",
-    "Creation",
-    "Effects",
-    "External",
-    "Home",
-    "Keep",
-    "LazyChoice",
-    "Lifecycle",
-    "LoadValue",
-    "Loop",
-    "LoweredBranch",
-    "LoweredCase",
-    "LoweredRoutine",
-    "LoweredSelection",
-    "LoweredStatement",
-    "LoweredStatements",
-    "LoweredTry",
-    "LoweredValue",
-    "PlaceAddress",
-    "RecordValue",
-    "ResolvedPlace",
-    "RoutineCall",
-    "RuntimeCall",
-    "Sequence",
-    "Spend",
-    "StoreValue",
-    "Temporary",
-    "Term",
-]
-
-
 # Places --------------------------------------------------------------------------------------
 
 

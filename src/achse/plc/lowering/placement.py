@@ -7,8 +7,6 @@ from achse.plc.memory import Area, Memory
 from achse.plc.program import PlacedVariable
 from achse.st.typed.places import ImageBase, StaticBase, UnitBase
 
-__all__ = ["MissingPlaceError", "Placement", "Spot"]
-
 _IMAGES = {"I": Area.INPUT, "Q": Area.OUTPUT, "M": Area.FLAG}
 
 

@@ -26,8 +26,6 @@ from achse.st.typed.places import (
 )
 from achse.st.typed.project import Routine
 
-__all__ = ["BYTES_A_PASS", "PlaceLowering", "PresentCallee", "is_large"]
-
 BYTES_A_PASS = 1024
 """Bytes that are copied as long as a loop passes once: so many take one from the budget."""
 

@@ -8,8 +8,6 @@ from achse.plc.lowering.placement import Placement, Spot
 from achse.st.typed.places import ImageBase, StaticBase, UnitBase
 from achse.st.typed.project import Routine, TypedProject, TypedRecord
 
-__all__ = ["LoweredProject"]
-
 
 class LoweredProject:
     """A typed project in the memory of a PLC.

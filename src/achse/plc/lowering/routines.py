@@ -13,8 +13,6 @@ from achse.plc.retention.layout import frame_image
 from achse.st.typed.places import FrameBase, Storage, flat
 from achse.st.typed.project import Routine
 
-__all__ = ["lowered"]
-
 
 def lowered(
     project: LoweredProject, routine: Routine, *, all_in_memory: bool = False

@@ -48,8 +48,6 @@ from achse.st.typed.statements import (
     TypedStatements,
 )
 
-__all__ = ["JUMP_COST", "TEXT_COST", "StatementLowering"]
-
 JUMP_COST = 10
 """Budget that a jump costs: an exception of plain code, as long as some loop passes."""
 

@@ -30,8 +30,6 @@ from achse.st.typed.expressions import (
 )
 from achse.st.values.values import UNITS_NS
 
-__all__ = ["ValueLowering"]
-
 _ULINT = UNSIGNED[8]
 _DAY_NS = 86_400 * 1_000_000_000
 _EXTERNAL = frozenset({Conversion.RECODE_TEXT, Conversion.WRITE_TEXT, Conversion.READ_TEXT})

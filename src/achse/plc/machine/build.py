@@ -14,8 +14,6 @@ from achse.plc.lowering.placement import Placement
 from achse.plc.machine.module import ProjectTranslator
 from achse.st.typed.project import TypedProject
 
-__all__ = ["machine_code"]
-
 _NAME = "structured-text"
 
 

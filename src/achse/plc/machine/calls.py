@@ -27,8 +27,6 @@ from achse.st.typed.project import Routine
 if TYPE_CHECKING:
     from achse.plc.machine.expressions import ExpressionTranslator
 
-__all__ = ["CallTranslator"]
-
 _WORD = 8
 _MOST_PARAMETERS = 500
 """Words that a call may pass: they are on the stack before the callee checks it."""

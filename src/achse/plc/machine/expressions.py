@@ -43,8 +43,6 @@ from achse.st.typed.expressions import Conversion, Known, Operator
 if TYPE_CHECKING:
     from achse.plc.machine.module import ProjectTranslator
 
-__all__ = ["ExpressionTranslator"]
-
 _RELATIONS = {
     Operator.EQ: Relation.EQUAL,
     Operator.NE: Relation.NOT_EQUAL,

@@ -13,8 +13,6 @@ from achse.plc.code.faults import ExceptionCode, PlcFault
 from achse.plc.code.frames import STACK_SIZE
 from achse.st.typed.project import Routine
 
-__all__ = ["FaultKind", "FaultPlace", "FaultPlaces"]
-
 
 class FaultKind(IntEnum):
     """Kind of fault at a site."""

@@ -17,8 +17,6 @@ from achse.plc.memory import Area
 from achse.st.typed.expressions import TypedValue
 from achse.st.typed.project import Routine, TypedProject
 
-__all__ = ["ModuleNotes", "ProjectTranslator"]
-
 _POINTER_SIZE = 8
 
 

@@ -19,8 +19,6 @@ from achse.st.typed.project import Routine
 if TYPE_CHECKING:
     from achse.plc.machine.expressions import ExpressionTranslator
 
-__all__ = ["OutsideTranslator", "decoded", "encoded", "maker_of", "nodes_outside", "reader_of"]
-
 _BY_PYTHON = frozenset({Conversion.RECODE_TEXT, Conversion.WRITE_TEXT, Conversion.READ_TEXT})
 
 

@@ -18,8 +18,6 @@ from achse.plc.machine.support import AREA_WORDS, COUNT_WORDS, ENTRIES, FRAME_WO
 from achse.plc.memory import Area, Memory
 from achse.st.typed.project import TypedProject
 
-__all__ = ["MachineHost", "MachineProgram"]
-
 
 class MachineHost:
     """Interface of the PLC to its machine code."""

@@ -18,8 +18,6 @@ from achse.st.typed.expressions import Known, Operator
 if TYPE_CHECKING:
     from achse.plc.machine.expressions import ExpressionTranslator
 
-__all__ = ["RealTranslator"]
-
 _C_NAMES = {
     Operator.LN: "log",
     Operator.LOG: "log10",

@@ -37,8 +37,6 @@ from achse.st.typed.project import Routine
 if TYPE_CHECKING:
     from achse.plc.machine.module import ProjectTranslator
 
-__all__ = ["door_in", "door_out", "translate_routine"]
-
 _ALIGNMENT = 8
 _LARGEST_FRAME = 512 << 10
 """Bytes of the stack that one call may take, about: the main thread on Windows has 1 MB."""

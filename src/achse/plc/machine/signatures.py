@@ -18,8 +18,6 @@ from achse.plc.machine.values import is_packed, machine_type
 from achse.st.typed.places import flat
 from achse.st.typed.project import Routine
 
-__all__ = ["PartKind", "RoutineSignature", "SignaturePart", "signature_of"]
-
 
 class PartKind(Enum):
     """Form in which a value is passed."""

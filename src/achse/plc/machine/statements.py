@@ -19,8 +19,6 @@ from achse.st.typed.statements import JumpMark, JumpTo, LoopExit, LoopNext, Rout
 if TYPE_CHECKING:
     from achse.plc.machine.expressions import ExpressionTranslator
 
-__all__ = ["StatementTranslator"]
-
 _WIDEST = 64
 """Labels of a CASE that one range may become."""
 

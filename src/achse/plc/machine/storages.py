@@ -31,8 +31,6 @@ from achse.plc.retention.layout import headers_within, parts_without_headers
 if TYPE_CHECKING:
     from achse.plc.machine.expressions import ExpressionTranslator
 
-__all__ = ["Aim", "MachineStorages", "OwnBytes"]
-
 _HALF_WORD = 32
 
 

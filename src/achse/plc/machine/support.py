@@ -22,16 +22,6 @@ from achse.native.backend import (
 )
 from achse.plc.memory import ADDRESS_BITS, Area
 
-__all__ = [
-    "AREA_WORDS",
-    "CALLBACKS",
-    "COUNT_WORDS",
-    "ENTRIES",
-    "FRAME_WORDS",
-    "INTERFACE",
-    "Support",
-]
-
 AREA_WORDS = "areas"
 """Table of areas: address and length, by the number in addresses; number 0 is empty."""
 FRAME_WORDS = "frames"

@@ -13,8 +13,6 @@ from achse.st.typed.expressions import Operator
 if TYPE_CHECKING:
     from achse.plc.machine.expressions import ExpressionTranslator
 
-__all__ = ["TextTranslator"]
-
 _LONGEST = 255
 _LONGEST_LENGTH = 0x7FFF
 

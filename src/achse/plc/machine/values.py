@@ -25,17 +25,6 @@ from achse.native.backend import (
 )
 from achse.st.check.kinds import counted
 
-__all__ = [
-    "MachineText",
-    "MachineValue",
-    "NotTranslatedError",
-    "PackedBytes",
-    "is_number",
-    "is_packed",
-    "machine_type",
-    "words_of",
-]
-
 
 class NotTranslatedError(Exception):
     """A routine stays plain; the text says why."""

@@ -12,15 +12,6 @@ from achse.iec.structs import RecordKind
 if TYPE_CHECKING:
     from achse.st.typed.project import Routine, TypedBlock
 
-__all__ = [
-    "KnownPointers",
-    "Pointer",
-    "frame_image",
-    "headers_within",
-    "parts_without_headers",
-    "pointers_within",
-]
-
 
 class Pointer(NamedTuple):
     """A pointer in a type."""

@@ -28,8 +28,6 @@ from achse.plc.memory import Area, Memory
 from achse.plc.program import PlacedUnit, PlacedVariable, partner_names
 from achse.plc.retention.layout import KnownPointers, pointers_within
 
-__all__ = ["Carried", "Past"]
-
 _IMAGES = (Area.INPUT, Area.OUTPUT, Area.FLAG)
 """Areas whose whole content stays, whatever variables there are."""
 

@@ -23,8 +23,6 @@ from achse.plc.retention.retained import (
 if TYPE_CHECKING:
     from achse.plc.runtime import PlcRuntime
 
-__all__ = ["KeptVariable", "Lead", "forget_made", "inherit_variables", "kept_variables"]
-
 
 def kept_variables(plc: "PlcRuntime") -> dict[str, KeptVariable]:
     """The values to keep, by name: `MAIN.nTotal`, `MAIN.fbPump.nStarts`."""

@@ -20,16 +20,6 @@ from achse.plc.retention.layout import pointers_within
 if TYPE_CHECKING:
     from achse.plc.runtime import PlcRuntime
 
-__all__ = [
-    "IMAGES",
-    "KeptVariable",
-    "Lead",
-    "RetainedLayout",
-    "RetainedPart",
-    "all_variables",
-    "retained_parts",
-]
-
 IMAGES = (Area.INPUT, Area.OUTPUT, Area.FLAG)
 """Areas whose addresses stay: pointers into them keep area and offset."""
 

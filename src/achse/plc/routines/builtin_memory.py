@@ -9,8 +9,6 @@ from achse.plc.code.execution import Execution
 from achse.plc.code.faults import PlcFault
 from achse.plc.memory import Area, Memory
 
-__all__ = ["BuiltinMemory"]
-
 
 class BuiltinMemory:
     """Memory, time and records of one PLC, for routines that have no Structured Text.

@@ -11,8 +11,6 @@ from typing import Any, Protocol
 
 from achse.plc.memory import Area
 
-__all__ = ["BLOCKS", "FUNCTIONS", "BlockBody", "BuiltinContext", "FunctionBody", "Services"]
-
 _UNIX_EPOCH = 116_444_736_000_000_000
 """1970 in steps of 100 ns since 1601."""
 

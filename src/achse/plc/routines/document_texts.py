@@ -6,17 +6,6 @@ from typing import Generic, Protocol, TypeVar
 from achse.plc.code.faults import PlcFault
 from achse.plc.routines.builtins import BuiltinContext
 
-__all__ = [
-    "LONGEST_TEXT",
-    "KeptDocuments",
-    "KeptNode",
-    "PendingFile",
-    "copy_part",
-    "copy_text",
-    "decoded",
-    "text_at",
-]
-
 LONGEST_TEXT = 1 << 22
 """Bytes of the longest text that is read."""
 

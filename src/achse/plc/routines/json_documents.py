@@ -26,8 +26,6 @@ from achse.plc.routines.document_texts import (
     text_at,
 )
 
-__all__ = ["JSON_FUNCTIONS", "JsonDocuments", "JsonKind"]
-
 _MOST_VALUES = 1_000_000
 _DEEPEST = 256
 

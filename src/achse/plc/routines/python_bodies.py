@@ -11,8 +11,6 @@ from achse.st.check.kinds import known_from
 from achse.st.typed.places import flat
 from achse.st.typed.project import Routine, RoutineKind, TypedProject
 
-__all__ = ["has_python_bodies", "python_attribute", "python_bodies"]
-
 RecordAt = Callable[[int, StructType[Any]], Record]
 """The record of a type at an address."""
 

@@ -17,8 +17,6 @@ from achse.st.check.kinds import known_from
 from achse.st.typed.places import flat
 from achse.st.typed.project import Routine, TypedBlock, TypedProject
 
-__all__ = ["Guard", "RoutineCalls", "outside_cycle", "unguarded"]
-
 Guard = Callable[[str, Callable[[], Any]], Any]
 """Runs something that is named in words."""
 

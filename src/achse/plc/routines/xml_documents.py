@@ -18,8 +18,6 @@ from xml.sax.saxutils import escape
 from achse.plc.routines.builtins import BuiltinContext, FunctionBody
 from achse.plc.routines.document_texts import KeptDocuments, copy_part, copy_text, text_at
 
-__all__ = ["XML_FUNCTIONS", "XmlDocuments"]
-
 _MOST_ITEMS = 1_000_000
 _DEEPEST = 256
 _QUOTE = {'"': "&quot;", "\n": "&#10;", "\t": "&#9;", "\r": "&#13;"}

@@ -12,8 +12,6 @@ if TYPE_CHECKING:
     from achse.router.forwarding.handles import HandleMap
     from achse.router.forwarding.pending import PendingExchange
 
-__all__ = ["ClientLoad", "ForwardedClient"]
-
 _UNKNOWN_TIME = 0
 """Stamp of samples without data: the target is gone, and the router does not know its time."""
 

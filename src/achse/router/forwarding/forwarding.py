@@ -30,8 +30,6 @@ from achse.router.forwarding.router_requests import RouterRequests
 from achse.router.forwarding.sessions import ClientPorts, Sessions
 from achse.router.forwarding.windows import Windows
 
-__all__ = ["Forwarding"]
-
 _NO_RESPONSE = int(Flags.NO_RESPONSE)
 
 _READS = (int(Command.READ), int(Command.READ_WRITE))

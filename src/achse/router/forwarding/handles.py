@@ -12,8 +12,6 @@ from achse.ams.commands import RESULT, RESULT_LENGTH
 from achse.router.forwarding.ledger import Resource, ResourceChange, ResourceKind
 from achse.router.forwarding.resource_requests import handle_places
 
-__all__ = ["HandleMap"]
-
 _SUBSCRIPTION = ResourceKind.SUBSCRIPTION
 
 _FIRST = 0xF000_0000

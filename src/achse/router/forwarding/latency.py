@@ -2,8 +2,6 @@
 
 from bisect import bisect_left
 
-__all__ = ["MEASURED", "Latencies"]
-
 MEASURED = 16
 """The latency of one in so many answers is counted."""
 

@@ -24,14 +24,6 @@ from achse.ams.notification import encode_stream
 from achse.codes import ReservedGroup, ReturnCode
 from achse.codes.groups import CLOSE_FILE, FIND_FILE, OPENS_FILE
 
-__all__ = [
-    "Resource",
-    "ResourceAction",
-    "ResourceChange",
-    "ResourceKind",
-    "end_hints",
-]
-
 
 class ResourceKind(Enum):
     """Kinds of resources; each has a number space of its own."""

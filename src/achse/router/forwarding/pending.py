@@ -14,8 +14,6 @@ from achse.codes import ReturnCode
 from achse.router.forwarding.forwarded_client import ClientLoad, ForwardedClient
 from achse.router.forwarding.ledger import ResourceChange
 
-__all__ = ["SMALL_REQUEST", "PendingExchange", "PendingRequest", "PendingRequests"]
-
 _PENDING = 1 << 14
 """Requests that may be unanswered; beyond, the oldest is forgotten for one of a client that has a
 window of them. So a host that fills the table takes the window of no other."""

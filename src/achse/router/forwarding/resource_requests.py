@@ -18,16 +18,6 @@ from achse.codes.groups import CLOSE_FILE, CLOSE_FILE_LATER, FIND_FILE, OPENS_FI
 from achse.codes.ports import SYSTEM_PORT
 from achse.router.forwarding.ledger import ResourceAction, ResourceChange, ResourceKind
 
-__all__ = [
-    "CHANGING",
-    "RELEASING_WRITES",
-    "change_of",
-    "handle_places",
-    "holds_nothing",
-    "is_always_decoded",
-    "without",
-]
-
 _WRITE_PART, _READ_WRITE_PART = struct.Struct("<III"), struct.Struct("<IIII")
 
 _SUBSCRIPTION, _SYMBOL_HANDLE = ResourceKind.SUBSCRIPTION, ResourceKind.SYMBOL_HANDLE

@@ -15,8 +15,6 @@ from achse.router.forwarding.forwarded_client import ForwardedClient
 from achse.router.forwarding.handles import HandleMap
 from achse.router.forwarding.ledger import Resource, ResourceKind
 
-__all__ = ["LinkMemory", "Restoration", "version_request"]
-
 Ask = Callable[[ForwardedClient, bytes, int, bytes, Callable[[Frame], None]], None]
 """Sends a request of the router as a client: target, command, data, what gets the answer."""
 

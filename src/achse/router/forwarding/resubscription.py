@@ -10,8 +10,6 @@ from typing import NamedTuple
 
 from achse.ams import Endpoint, NetId
 
-__all__ = ["ClientRule", "Resubscription"]
-
 
 class ClientRule(NamedTuple):
     """The choice for clients at a host, with a NetId, or both; None and "" match any."""

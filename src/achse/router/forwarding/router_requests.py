@@ -11,8 +11,6 @@ from achse.ams import Frame
 from achse.router.forwarding.forwarded_client import ForwardedClient
 from achse.router.forwarding.ledger import Resource
 
-__all__ = ["RouterRequests"]
-
 _RELEASES_AT_ONCE = 64
 """Releases of resources that are sent without waiting for an answer."""
 

@@ -9,8 +9,6 @@ from achse.ams import AmsAddress, Endpoint, NetId
 from achse.router.forwarding.forwarded_client import ClientLoad, ForwardedClient
 from achse.router.forwarding.shares import HostShares
 
-__all__ = ["ClientPorts", "Sessions"]
-
 _IDLE = 1 << 14
 """Sessions without requests and resources that are remembered; beyond, the oldest is forgotten."""
 

@@ -6,17 +6,6 @@ keep there: subscriptions, symbol handles and open files.
 
 from achse.ams import Endpoint
 
-__all__ = [
-    "FEW_RESOURCES",
-    "HOST_RESOURCES",
-    "HOST_WINDOW",
-    "HOST_WINDOW_BYTES",
-    "WINDOW",
-    "WINDOW_BYTES",
-    "HostShare",
-    "HostShares",
-]
-
 WINDOW = 64
 """Requests of one connection that are at the targets, at most."""
 

@@ -13,8 +13,6 @@ from achse.ams import Command
 from achse.ams.frame import AMS_HEADER, TCP_HEADER
 from achse.router.forwarding.forwarded_client import ClientLoad
 
-__all__ = ["Windows"]
-
 _HEADERS = TCP_HEADER.size + AMS_HEADER.size
 _COMMAND = TCP_HEADER.size + 16
 

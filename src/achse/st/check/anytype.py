@@ -22,8 +22,6 @@ from achse.st.typed.places import flat
 if TYPE_CHECKING:
     from achse.st.check.body import RoutineBody
 
-__all__ = ["any_record", "type_class"]
-
 _BY_NAME = {
     "BOOL": 0, "BIT": 1, "BYTE": 2, "WORD": 3, "DWORD": 4, "LWORD": 5, "SINT": 6, "INT": 7,
     "DINT": 8, "LINT": 9, "USINT": 10, "UINT": 11, "UDINT": 12, "ULINT": 13, "REAL": 14,

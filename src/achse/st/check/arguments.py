@@ -42,8 +42,6 @@ from achse.st.typed.statements import Do
 if TYPE_CHECKING:
     from achse.st.check.body import RoutineBody
 
-__all__ = ["ArgumentBinder"]
-
 _ANY = ("any", "any_bit", "any_date", "any_int", "any_num", "any_real", "any_string")
 
 

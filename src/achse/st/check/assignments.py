@@ -27,8 +27,6 @@ from achse.st.values.values import Constant
 if TYPE_CHECKING:
     from achse.st.check.body import RoutineBody
 
-__all__ = ["Assignments", "subrange_of"]
-
 
 def subrange_of(type: IecType[Any]) -> SubrangeType | None:
     """The sub-range that a declared type is, if it is one."""

@@ -10,9 +10,6 @@ from achse.st.declared.scopes import DeclaredUnit
 from achse.st.syntax.tree import NamedType
 from achse.st.syntax.units import FunctionBlock, GlobalList, Interface, Part, Program, Property
 
-__all__ = ["Blocks", "FoundPart"]
-
-
 _WITH_PARTS = (FunctionBlock, Program, Interface, GlobalList)
 
 

@@ -31,8 +31,6 @@ from achse.st.typed.statements import TypedStatement
 if TYPE_CHECKING:
     from achse.st.check.checking import Checking
 
-__all__ = ["CheckedRoutine", "RoutineBody"]
-
 
 class RoutineBody:
     """Everything about one routine: its signature and frame, and one object for each concern."""

@@ -45,8 +45,6 @@ from achse.st.typed.places import PointerBase, TemporaryBase
 if TYPE_CHECKING:
     from achse.st.check.body import RoutineBody
 
-__all__ = ["Builtins", "conversion_target", "is_builtin"]
-
 _CONVERSION = re.compile(r"(?:([A-Z]+|DATE_AND_TIME|TIME_OF_DAY)_)?TO_([A-Z_]+)")
 _MORE_NAMES = {"ltime_of_day": "ltod", "ldate_and_time": "ldt"}
 _LONGEST_TEXT = 255

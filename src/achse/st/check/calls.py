@@ -47,8 +47,6 @@ from achse.st.typed.statements import TypedStatement
 if TYPE_CHECKING:
     from achse.st.check.body import RoutineBody
 
-__all__ = ["CallChecker"]
-
 _SECTIONS = {
     Section.INPUT: "VAR_INPUT",
     Section.OUTPUT: "VAR_OUTPUT",

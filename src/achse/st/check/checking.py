@@ -53,8 +53,6 @@ from achse.st.typed.project import (
 )
 from achse.st.typed.statements import LifeEvent, TypedStatement
 
-__all__ = ["Checking", "NameUse", "check"]
-
 _WITH_FRAME = (RoutineKind.FUNCTION, RoutineKind.METHOD)
 
 _SLOT = 50_000

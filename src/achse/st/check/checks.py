@@ -22,8 +22,6 @@ from achse.st.typed.expressions import Known, TypedValue
 if TYPE_CHECKING:
     from achse.st.check.body import RoutineBody
 
-__all__ = ["ImplicitChecks"]
-
 _DIVISORS: dict[IecType[Any], tuple[str, IecType[Any]]] = {
     REAL: ("checkdivreal", REAL),
     LREAL: ("checkdivlreal", LREAL),

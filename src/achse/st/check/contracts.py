@@ -26,8 +26,6 @@ from achse.st.syntax.units import (
 )
 from achse.st.typed.places import flat
 
-__all__ = ["Contracts"]
-
 Tell = Callable[[Source, int, str, Code], None]
 
 _OF_THEIR_OWN = ("fb_init", "fb_exit", "fb_reinit")

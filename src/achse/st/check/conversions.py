@@ -19,8 +19,6 @@ from achse.st.syntax.cursor import Unexpected
 from achse.st.typed.expressions import Conversion, Converted, Known, TypedValue
 from achse.st.typed.places import flat
 
-__all__ = ["Converter", "converted"]
-
 Warn = Callable[[int, str, Code], None]
 Implements = Callable[[StructType[Any], InterfaceType], bool | None]
 

@@ -32,8 +32,6 @@ from achse.st.typed.places import (
 if TYPE_CHECKING:
     from achse.st.check.body import RoutineBody
 
-__all__ = ["Elements"]
-
 
 class Elements:
     """Follows the indices of one routine."""

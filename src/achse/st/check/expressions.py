@@ -51,8 +51,6 @@ from achse.st.values.values import Constant
 if TYPE_CHECKING:
     from achse.st.check.body import RoutineBody
 
-__all__ = ["ExpressionChecker"]
-
 
 class ExpressionChecker:
     """Checks the expressions of one routine."""

@@ -14,8 +14,6 @@ from achse.st.check.kinds import counted, is_signed
 from achse.st.typed.expressions import Computed, Conversion, Converted, Known, Operator, TypedValue
 from achse.st.values.values import UNITS_NS
 
-__all__ = ["cut", "folded", "real", "rescaled", "rounded"]
-
 _INDEFINITE = -(1 << 63)
 """Result of converting a real that no 64-bit integer holds, before it is cut."""
 

@@ -9,8 +9,6 @@ from achse.iec.types import IecType
 from achse.iec.variables import Section, Variable
 from achse.st.typed.places import FrameBase, Storage, flat
 
-__all__ = ["VariableFrame"]
-
 _FRAME = FrameBase()
 
 

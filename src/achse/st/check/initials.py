@@ -31,8 +31,6 @@ from achse.st.typed.statements import Do, TypedStatement
 if TYPE_CHECKING:
     from achse.st.check.body import RoutineBody
 
-__all__ = ["Initials"]
-
 _MOST_PARTS = 1000
 
 

@@ -30,30 +30,6 @@ from achse.iec.times import LTIME, TIME, TimeType
 from achse.iec.types import IecType
 from achse.st.typed.expressions import Known
 
-__all__ = [
-    "BITS",
-    "SIGNED",
-    "UNSIGNED",
-    "common_integer",
-    "common_real",
-    "counted",
-    "duration_of",
-    "extends",
-    "is_date",
-    "is_duration",
-    "is_interface",
-    "is_number",
-    "is_one_type_twice",
-    "is_pointer",
-    "is_signed",
-    "is_text",
-    "is_whole",
-    "known_from",
-    "natural",
-    "promoted",
-    "same_shape",
-]
-
 SIGNED: dict[int, IntegerType] = {1: SINT, 2: INT, 4: DINT, 8: LINT}
 UNSIGNED: dict[int, IntegerType] = {1: USINT, 2: UINT, 4: UDINT, 8: ULINT}
 BITS: dict[int, IntegerType] = {1: BYTE, 2: WORD, 4: DWORD, 8: LWORD}

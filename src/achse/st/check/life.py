@@ -41,8 +41,6 @@ if TYPE_CHECKING:
     from achse.st.check.body import RoutineBody
     from achse.st.check.checking import Checking
 
-__all__ = ["Life", "element_of"]
-
 _FLAGS = ("bInitRetains", "bInCopyCode")
 _ROUTINES = {
     LifeEvent.CREATE: ("__create", "fb_init"),

@@ -11,17 +11,6 @@ from achse.st.declared.scopes import DeclaredUnit
 from achse.st.syntax.units import Property
 from achse.st.typed.expressions import TypedValue
 
-__all__ = [
-    "BaseInstance",
-    "BuiltinName",
-    "Callee",
-    "Meaning",
-    "PropertyUse",
-    "SpaceName",
-    "TypeName",
-    "UnitName",
-]
-
 
 @dataclass(slots=True, eq=False)
 class TypeName:

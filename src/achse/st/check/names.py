@@ -43,8 +43,6 @@ from achse.st.values.values import Constant, NotConstant
 if TYPE_CHECKING:
     from achse.st.check.body import RoutineBody
 
-__all__ = ["NameResolver", "replaced"]
-
 _EXTERNAL = ("VAR_EXTERNAL", "VAR_CONFIG", "VAR_GENERIC")
 
 

@@ -15,17 +15,6 @@ from achse.st.typed.expressions import AddressOf, Known, Read, TypedValue
 from achse.st.typed.places import PointerBase, Storage, flat
 from achse.st.values.values import Constant
 
-__all__ = [
-    "TypedOperand",
-    "address_of",
-    "coded",
-    "constant_operand",
-    "followed_value",
-    "known",
-    "read",
-    "texted",
-]
-
 
 @dataclass(slots=True, eq=False)
 class TypedOperand:

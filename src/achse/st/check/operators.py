@@ -48,8 +48,6 @@ from achse.st.typed.places import flat
 if TYPE_CHECKING:
     from achse.st.check.body import RoutineBody
 
-__all__ = ["Operators", "converted_or_same"]
-
 _ARITHMETIC = {
     "+": Operator.ADD,
     "-": Operator.SUB,

@@ -11,8 +11,6 @@ from collections.abc import Iterable
 from achse.iec.structs import StaticRecord
 from achse.st.declared.resolve import Resolver
 
-__all__ = ["origin_of"]
-
 
 def origin_of(
     names: Resolver, given: Iterable[type[StaticRecord]], *, check_bounds: bool = True

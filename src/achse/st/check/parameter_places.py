@@ -6,8 +6,6 @@ from achse.iec.variables import Variable
 from achse.st.check.signatures import DeclaredParameter
 from achse.st.typed.places import CalleeBase, Storage, UnitBase, flat
 
-__all__ = ["place_beside", "place_of", "place_of_variable"]
-
 _CALLEE = CalleeBase()
 
 

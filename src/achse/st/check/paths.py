@@ -42,8 +42,6 @@ from achse.st.values.values import Constant
 if TYPE_CHECKING:
     from achse.st.check.body import RoutineBody
 
-__all__ = ["Paths"]
-
 _PARTS: dict[str, IecType[Any]] = {"X": BOOL, "B": BYTE, "W": WORD, "D": DWORD, "L": LWORD}
 
 

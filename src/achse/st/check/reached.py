@@ -7,8 +7,6 @@ from achse.st.lexis.source import Diagnostic
 from achse.st.reach import Reach
 from achse.st.typed.project import Routine, TypedProject
 
-__all__ = ["FAULTY", "faults_by_reach", "of_reached"]
-
 FAULTY = "it has faults"
 """Reason why a routine with faults is left out."""
 

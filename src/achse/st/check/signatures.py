@@ -32,16 +32,6 @@ from achse.st.syntax.units import (
 from achse.st.typed.places import StaticBase
 from achse.st.typed.project import RoutineKind
 
-__all__ = [
-    "DeclaredParameter",
-    "Routines",
-    "Signature",
-    "SignatureTree",
-    "attributes_in",
-    "by_position",
-    "parameters_by_name",
-]
-
 SignatureTree: TypeAlias = Function | FunctionBlock | Program | Method | Accessor | Action
 
 _PARAMETERS = ("VAR_INPUT", "VAR_IN_OUT", "VAR_OUTPUT")

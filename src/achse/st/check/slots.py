@@ -9,8 +9,6 @@ from collections.abc import Iterable, Mapping
 
 from achse.st.typed.project import InitCall, Routine, TypeChangeCall
 
-__all__ = ["AFTER_GLOBAL_INIT", "AFTER_ONLINE_CHANGE", "slot_calls", "slot_of", "type_change_calls"]
-
 AFTER_GLOBAL_INIT = "call_after_global_init_slot"
 AFTER_ONLINE_CHANGE = "call_after_online_change_slot"
 _ON_TYPE_CHANGE = "call_on_type_change"

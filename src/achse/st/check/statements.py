@@ -75,8 +75,6 @@ from achse.st.typed.statements import (
 if TYPE_CHECKING:
     from achse.st.check.body import RoutineBody
 
-__all__ = ["StatementChecker"]
-
 
 class StatementChecker:
     """Checks the statements of one routine."""

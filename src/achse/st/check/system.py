@@ -36,8 +36,6 @@ from achse.st.typed.project import RoutineKind
 if TYPE_CHECKING:
     from achse.st.check.body import RoutineBody
 
-__all__ = ["SystemOperators"]
-
 Special: TypeAlias = "Callable[[SystemOperators, list[Expression], int], TypedOperand]"
 
 

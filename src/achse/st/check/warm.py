@@ -24,8 +24,6 @@ from achse.st.syntax.cursor import Unexpected
 from achse.st.typed.project import RoutineKind
 from achse.st.typed.statements import LifeEvent, TypedStatement
 
-__all__ = ["CheckNode", "Inspection", "WarmChecking"]
-
 Inspection: TypeAlias = Callable[[object], Iterable[tuple[Code, int, str]]]
 """Function that finds something in the typed statements of a body without faults: code, offset and
 message."""

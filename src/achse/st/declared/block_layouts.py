@@ -15,14 +15,6 @@ from achse.st.declared.scopes import DeclaredUnit, attributes_of
 from achse.st.syntax.tree import Note, VarBlock
 from achse.st.syntax.units import FunctionBlock
 
-__all__ = [
-    "has_joint_layout",
-    "is_without_symbols",
-    "joint_layouts",
-    "least_size",
-    "type_attributes",
-]
-
 _JOINT = "joint_layout"
 _SIZES = {8: "size", 4: "size_32"}
 _NO_SYMBOL = "TcNoSymbol"

@@ -15,8 +15,6 @@ from achse.st.syntax.units import Property as PropertyTree
 if TYPE_CHECKING:
     from achse.st.declared.resolve import Resolver
 
-__all__ = ["methods_of", "properties_of"]
-
 _PARAMETERS = ("VAR_INPUT", "VAR_OUTPUT", "VAR_IN_OUT")
 
 

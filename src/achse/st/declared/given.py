@@ -17,8 +17,6 @@ from achse.st.lexis.source import SourceError
 from achse.st.syntax.cursor import Unexpected
 from achse.st.values.values import Constant
 
-__all__ = ["FurtherTypes", "GivenTypes"]
-
 _MORE_NAMES = {"ltime_of_day": "ltod", "ldate_and_time": "ldt", "dt": "date_and_time"}
 """DT in a source is DATE_AND_TIME to clients, as recorded."""
 

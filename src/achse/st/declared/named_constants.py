@@ -32,8 +32,6 @@ from achse.st.syntax.units import FunctionBlock, TypeDeclaration
 from achse.st.values.constants import Evaluator, Path, path_of
 from achse.st.values.values import Constant, NotConstant, fitted
 
-__all__ = ["NamedConstants"]
-
 
 class _Types(Protocol):
     """Interface for making the types of constants."""

@@ -42,8 +42,6 @@ from achse.st.values.initials import InitialValues, Left
 if TYPE_CHECKING:
     from achse.st.declared.resolve import Resolver
 
-__all__ = ["LARGEST", "Records", "bound_names", "instance_member", "instance_variables"]
-
 LARGEST = 1 << 28
 """The largest type in bytes; a mistyped bound shall not take the memory of the machine."""
 

@@ -69,8 +69,6 @@ from achse.st.syntax.units import (
 )
 from achse.st.values.values import Constant
 
-__all__ = ["Resolver", "generics_of"]
-
 _RESERVED = ("mro",)
 _WORD = re.compile(r"\w+")
 

@@ -42,20 +42,6 @@ from achse.st.syntax.units import (
 from achse.st.values.constants import Path
 from achse.st.values.values import Constant
 
-__all__ = [
-    "DEEPEST",
-    "Declared",
-    "DeclaredUnit",
-    "Failed",
-    "LibraryUnit",
-    "Scope",
-    "Scopes",
-    "attributes_of",
-    "blocks_of",
-    "parts_of_instance",
-    "with_bases",
-]
-
 T = TypeVar("T")
 
 DEEPEST = 64

@@ -10,16 +10,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Literal, TypeAlias
 
-__all__ = [
-    "BlockSignature",
-    "MethodSignature",
-    "ParameterSection",
-    "ParameterSignature",
-    "PropertySignature",
-    "is_open_array",
-    "open_array",
-]
-
 ParameterSection: TypeAlias = Literal["VAR_INPUT", "VAR_OUTPUT", "VAR_IN_OUT"]
 
 

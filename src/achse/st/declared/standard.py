@@ -23,8 +23,6 @@ from achse.st.syntax.outlines import UnitOutline, outline_of
 from achse.st.syntax.parser import Parsed, parse
 from achse.st.syntax.units import Unit
 
-__all__ = ["NAMED_LIST", "LibraryFile", "library_files", "standard_libraries"]
-
 _READERS = (cursor, declarations, lexer, outlines, parser, pragmas, tree, units)
 """Modules that decide what is listed of a file."""
 

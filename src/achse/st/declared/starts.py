@@ -33,8 +33,6 @@ from achse.st.values.values import Constant, NotConstant, fitted
 if TYPE_CHECKING:
     from achse.st.declared.resolve import Resolver
 
-__all__ = ["StartValues", "start_value"]
-
 _LEFT = "starts as its type says"
 
 

@@ -9,8 +9,6 @@ from typing import Any
 
 from achse.st.lexis.codes import Code
 
-__all__ = ["EXAMPLE", "FAMILIES", "Explanation", "explanation_of", "explanations"]
-
 EXAMPLE = "example.st"
 """Name of the file of an example that is one text."""
 

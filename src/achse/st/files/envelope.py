@@ -32,8 +32,6 @@ from achse.st.syntax.units import (
     Unit,
 )
 
-__all__ = ["WITHOUT_TEXT", "TaskDeclaration", "head_of", "parse_envelope", "read_task"]
-
 P = TypeVar("P")
 
 _TEXTS = ("Declaration", "ST")

@@ -18,8 +18,6 @@ from achse.st.lexis.source import Source, SourceError
 from achse.st.lexis.xml import Element, parse_xml
 from achse.st.syntax.parser import Parsed, parse
 
-__all__ = ["EventClass", "ProjectEvent", "base_classes", "event_classes", "events_sources"]
-
 _SEVERITIES = ("Verbose", "Info", "Warning", "Error", "Critical")
 _LONGEST = 200
 """Signs of a text that are kept."""

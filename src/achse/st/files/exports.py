@@ -25,8 +25,6 @@ from achse.st.syntax.parser import Parsed, Parser
 from achse.st.syntax.tree import NO_NOTE
 from achse.st.syntax.units import Action, Function, FunctionBlock, GlobalList, Program, Unit
 
-__all__ = ["parse_export", "tasks_of_export"]
-
 P = TypeVar("P")
 U = TypeVar("U", bound=Unit)
 

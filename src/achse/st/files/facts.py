@@ -19,8 +19,6 @@ from achse.st.syntax.units import (
     Unit,
 )
 
-__all__ = ["DeclaredFacts"]
-
 
 class DeclaredFacts(ProjectDefines):
     """Facts for conditions in one source: its own variables, variables of lists, all types and

@@ -36,21 +36,6 @@ from achse.st.lexis.source import Diagnostic, Location, Source, SourceError
 from achse.st.lexis.xml import ENCRYPTED, Element, parse_xml
 from achse.st.syntax.parser import Parsed, parse
 
-__all__ = [
-    "LEVELS_UP",
-    "LIBRARY_TYPES",
-    "SOURCES",
-    "content_of",
-    "files_below",
-    "parse_file",
-    "project_file",
-    "read_sources",
-    "source_files",
-    "symbol_files",
-    "text_of",
-    "without_case",
-]
-
 LIBRARY_TYPES = ".tmc"
 """Ending of the files that have the types of libraries, in lower case."""
 

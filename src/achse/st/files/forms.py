@@ -8,17 +8,6 @@ from dataclasses import dataclass
 from enum import Enum, auto
 from pathlib import Path, PurePath
 
-__all__ = [
-    "FORMS",
-    "Content",
-    "FileForm",
-    "files_with",
-    "form_of",
-    "has_content",
-    "has_station",
-    "suffixes_of",
-]
-
 
 class Content(Enum):
     """Content of a file, and so its reader."""

@@ -19,8 +19,6 @@ from achse.st.syntax.units import (
     Property,
 )
 
-__all__ = ["left_to_station", "with_drawn_bodies"]
-
 _OF_HARDWARE = re.compile(
     r"(%[IQM])(?:[XBWDL]?\d+(?:\.\d+){2,}|[BWDL]\d+\.\d+|X?\d+\.(?:[89]|\d\d+))",
     re.ASCII | re.IGNORECASE,

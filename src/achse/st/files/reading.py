@@ -7,8 +7,6 @@ from contextvars import ContextVar
 from pathlib import Path
 from typing import Any, NamedTuple
 
-__all__ = ["file_key", "kept_trees", "open_content", "reading"]
-
 
 class _Reading(NamedTuple):
     contents: Mapping[str, bytes]

@@ -11,8 +11,6 @@ from typing import NamedTuple
 
 from achse.st.lexis.xml import Element
 
-__all__ = ["LibraryReference", "plain_title", "references_of"]
-
 _NEWEST = ("", "*", "newest")
 
 

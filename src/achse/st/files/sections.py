@@ -15,8 +15,6 @@ from pathlib import Path
 from typing import NamedTuple
 from xml.parsers import expat
 
-__all__ = ["CodeSection", "SectionError", "edited", "replace_source", "sections_of"]
-
 _HEAD = len("<![CDATA[")
 _KINDS = {"Declaration": "declaration", "ST": "implementation"}
 _NAMED = ("POU", "GVL", "DUT", "Itf", "Method", "Property", "Action", "Transition", "Get", "Set")

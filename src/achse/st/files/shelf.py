@@ -32,8 +32,6 @@ from achse.st.syntax.parser import Parsed, parse_expression
 from achse.st.syntax.tree import Declaration, VarBlock
 from achse.st.syntax.units import GlobalList, Unit
 
-__all__ = ["Gathered", "gather", "references_in"]
-
 _CONTAINERS = (".library", ".compiled-library")
 """Libraries as the vendor's tools save them, in a form of their own."""
 

@@ -23,15 +23,6 @@ from typing import NamedTuple
 from achse.st.files.files import LEVELS_UP, content_of
 from achse.st.files.forms import Content, files_with
 
-__all__ = [
-    "AxisMapping",
-    "TaskOptions",
-    "axis_mappings",
-    "solution_files",
-    "task_options",
-    "type_files",
-]
-
 _TASK = re.compile(rb"<Task\b([^>]*)>\s*<Name>\s*([^<]*?)\s*</Name>")
 _TMC_FILE = re.compile(rb'<AdditionalTmcFile\b[^>]*\bFile="([^"]+)"')
 _ATTRIBUTE = re.compile(rb'(\w+)="([0-9]{1,9})"')

@@ -8,8 +8,6 @@ import re
 from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
-__all__ = ["FileTask", "called_tasks", "has_floating_point_exceptions"]
-
 _VISU = re.compile(r"VisuElems\.|.*\bVisu_Prg$", re.IGNORECASE)
 """Programs that the vendor's visualisation brings along."""
 

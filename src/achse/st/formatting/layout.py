@@ -17,8 +17,6 @@ from achse.st.formatting.options import FormatOptions
 from achse.st.lexis.lexer import BLANK, COMMENT, LITERALS, NAME, PRAGMA, raw_words
 from achse.st.lexis.words import KEYWORDS, SECTIONS
 
-__all__ = ["formatted", "indent_of"]
-
 _STATEMENTS = {
     "IF": "END_IF",
     "CASE": "END_CASE",

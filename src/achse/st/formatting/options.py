@@ -6,8 +6,6 @@ from typing import Any
 
 from achse.st.lint.options import LintOptionsError, options_table
 
-__all__ = ["FormatOptions", "FormatOptionsError", "format_options"]
-
 FormatOptionsError = LintOptionsError
 
 _CASES = ("keep", "upper", "lower")

@@ -7,8 +7,6 @@ from dataclasses import replace
 from achse.st.formatting.layout import formatted, indent_of
 from achse.st.formatting.options import FormatOptions
 
-__all__ = ["code_parts", "formatted_bytes", "formatted_source"]
-
 _PART = re.compile(r"<(Declaration|ST)>\s*<!\[CDATA\[(.*?)\]\]>\s*</\1>", re.DOTALL)
 
 

@@ -14,8 +14,6 @@ from achse.st.lexis.codes import Code
 from achse.st.lexis.literals import whole_number
 from achse.st.syntax.cursor import Unexpected
 
-__all__ = ["ArchiveObject", "read_archive", "unquoted"]
-
 _ENTITY = re.compile(r"&(?:#(\d+)|#x([0-9a-fA-F]+)|(\w+));")
 _ENTITIES = {"lt": "<", "gt": ">", "amp": "&", "quot": '"', "apos": "'"}
 _ATTRIBUTE = re.compile(r'(\w+)="([^"]*)"')

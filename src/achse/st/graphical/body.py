@@ -17,8 +17,6 @@ from achse.st.lexis.codes import Code
 from achse.st.syntax.cursor import Unexpected
 from achse.st.syntax.tree import Statements, TypeSpec, VarBlock
 
-__all__ = ["BodyOwner", "BodyScope", "GraphicalBody", "Refused", "UnitPins"]
-
 
 class Refused(Exception):
     """A body has something that is not supported; it does not run, and its variables are there."""

@@ -29,18 +29,6 @@ from achse.st.syntax.tree import (
     Unary,
 )
 
-__all__ = [
-    "COMPARISONS",
-    "EDGES",
-    "UNFINISHED",
-    "BoxWriter",
-    "both",
-    "call_of_operator",
-    "memory_of",
-    "sign_of",
-    "sign_of_operator",
-]
-
 EDGES = Modifier.RISING | Modifier.FALLING
 UNFINISHED = "???"
 """Text of an operand, target or instance that was never filled in."""

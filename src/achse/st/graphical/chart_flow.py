@@ -20,8 +20,6 @@ from achse.st.graphical.charts import (
 from achse.st.lexis.codes import Code
 from achse.st.syntax.cursor import Unexpected
 
-__all__ = ["ChartFlow", "Firing", "StepFlow", "steps_of"]
-
 
 @dataclass(slots=True)
 class Firing:

@@ -38,8 +38,6 @@ from achse.st.syntax.tree import (
     VarBlock,
 )
 
-__all__ = ["ARCHIVED_CHARTS", "ChartForm", "implicit_variables_of_chart", "lowered_chart"]
-
 _TEXT = StringOf("STRING", None)
 _FLAGS: dict[str, TypeSpec | str] = {
     "init": "BOOL",

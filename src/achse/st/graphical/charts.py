@@ -11,23 +11,6 @@ from achse.st.lexis.codes import Code
 from achse.st.syntax.cursor import Unexpected
 from achse.st.syntax.nodes import node, place
 
-__all__ = [
-    "QUALIFIERS",
-    "TIMED",
-    "ActionAssociation",
-    "Alternative",
-    "AttributeId",
-    "Chart",
-    "ChartElement",
-    "ChartJump",
-    "ChartStep",
-    "ChartTransition",
-    "Macro",
-    "Simultaneous",
-    "read_chart",
-    "read_flags",
-]
-
 
 class AttributeId(StrEnum):
     """First digits of the GUIDs of attributes of elements."""

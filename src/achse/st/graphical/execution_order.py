@@ -7,8 +7,6 @@ from collections.abc import Iterable, Sequence
 
 from achse.st.graphical.function_charts import ChartBox, ChartOutput, Ordered
 
-__all__ = ["execution_order"]
-
 
 def execution_order(elements: Sequence[Ordered], edges: Iterable[tuple[int, int]]) -> list[Ordered]:
     """Return elements so that producers run before their consumers.

@@ -49,8 +49,6 @@ from achse.st.syntax.tree import (
     VarBlock,
 )
 
-__all__ = ["implicit_variables_of_function_chart", "lowered_function_chart"]
-
 ChartReader: TypeAlias = Callable[[str], FunctionChart]
 """Reads the chart of a body. Raises `Unexpected` for what its form does not have."""
 

@@ -11,21 +11,6 @@ from achse.st.lexis.literals import whole_number
 from achse.st.syntax.cursor import Unexpected
 from achse.st.syntax.nodes import node, place
 
-__all__ = [
-    "ChartBox",
-    "ChartComposer",
-    "ChartInput",
-    "ChartLabel",
-    "ChartLeave",
-    "ChartOutput",
-    "ChartPin",
-    "ChartSelector",
-    "FunctionChart",
-    "Ordered",
-    "read_explicit_order",
-    "read_function_chart",
-]
-
 
 @node
 class ChartPin:

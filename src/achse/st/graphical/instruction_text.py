@@ -10,8 +10,6 @@ import re
 
 from achse.st.graphical.networks import DrawnNetwork, Instruction, NetworkList, NetworkOperand
 
-__all__ = ["read_instruction_text"]
-
 _COMMENT = re.compile(r"\(\*.*?\*\)|//[^\n]*", re.DOTALL)
 _HEADS = re.compile(r"^_IL_BODY[^\n]*", re.MULTILINE)
 _LINE = re.compile(r"[ \t]*(?:(\w+)[ \t]*:(?!=))?[ \t]*([&\w]+)?[ \t]*(.*?)[ \t;]*\Z", re.DOTALL)

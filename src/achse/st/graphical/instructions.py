@@ -31,8 +31,6 @@ from achse.st.syntax.tree import (
 if TYPE_CHECKING:
     from achse.st.graphical.writer import BodyStatements
 
-__all__ = ["InstructionList", "needs_accumulator"]
-
 _SIGNS = {
     "AND": "AND",
     "&": "AND",

@@ -28,8 +28,6 @@ from achse.st.graphical.networks import (
 from achse.st.lexis.codes import Code
 from achse.st.syntax.cursor import Unexpected
 
-__all__ = ["read_ladder"]
-
 _Json: TypeAlias = dict[str, Any]
 _KEYS = {
     "LadderDataModel": ("Networks",),

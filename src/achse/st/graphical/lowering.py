@@ -36,8 +36,6 @@ from achse.st.lexis.codes import Code
 from achse.st.syntax.cursor import Unexpected
 from achse.st.syntax.tree import Statements, VarBlock
 
-__all__ = ["implicit_variables", "lowered", "picture"]
-
 
 class _Form(NamedTuple):
     """Readers of a body in one form: its statements, variables and picture."""

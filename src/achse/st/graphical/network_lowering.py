@@ -49,8 +49,6 @@ from achse.st.syntax.tree import (
     VarBlock,
 )
 
-__all__ = ["lowered_networks", "memories_of_networks"]
-
 _EDGE = re.compile(r'<v n="Flags">(?:1[6-9]|[2-5]\d|6[0-3])</v>')
 
 

@@ -11,8 +11,6 @@ from achse.st.files.owners import left_to_station
 from achse.st.lexis.source import Location
 from achse.st.lexis.xml import Element
 
-__all__ = ["DeclarationText", "data_of", "plain_text", "type_text", "value_text"]
-
 _SECTIONS = {
     "inputVars": "VAR_INPUT",
     "outputVars": "VAR_OUTPUT",

@@ -19,8 +19,6 @@ from achse.st.lexis.source import Location
 from achse.st.lexis.xml import Element, parse_xml
 from achse.st.syntax.parser import Parsed
 
-__all__ = ["PLCOPEN_HEAD", "is_plcopen", "parse_plcopen", "tasks_of_plcopen"]
-
 _DIAGRAMS = ("FBD", "LD", "SFC", "CFC")
 _NAMESPACE = b"plcopen.org/xml/tc6"
 PLCOPEN_HEAD = 4096

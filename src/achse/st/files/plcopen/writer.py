@@ -58,8 +58,6 @@ from achse.st.syntax.units import (
     Unit,
 )
 
-__all__ = ["PlcopenDocument", "plcopen_document"]
-
 _NAMESPACE = "http://www.plcopen.org/xml/tc6_0200"
 _XHTML = "http://www.w3.org/1999/xhtml"
 _VENDOR = "http://www.3s-software.com/plcopenxml"

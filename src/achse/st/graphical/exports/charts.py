@@ -16,8 +16,6 @@ from achse.st.graphical.charts import ChartStep, ChartTransition
 from achse.st.lexis.codes import Code
 from achse.st.syntax.cursor import Unexpected
 
-__all__ = ["StepBody", "read_exported_flow", "read_exported_steps", "step_bodies"]
-
 _STEP = re.compile(
     r"^[ \t]*(INITIAL_)?STEP\s+(\w+)\s*:(?P<body>.*?)^[ \t]*END_STEP\b",
     re.DOTALL | re.MULTILINE | re.IGNORECASE,

@@ -22,8 +22,6 @@ from achse.st.lexis.codes import Code
 from achse.st.lexis.literals import whole_number
 from achse.st.syntax.cursor import Unexpected
 
-__all__ = ["read_exported_function_chart"]
-
 _LINE = re.compile(r"^[ \t]*(_\w+)(?::[ \t]*(.*?))?[ \t]*\r?$", re.MULTILINE)
 _PLACES = 1 << 10
 """Pins that an element may have."""

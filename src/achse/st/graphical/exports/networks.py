@@ -27,8 +27,6 @@ from achse.st.lexis.codes import Code
 from achse.st.syntax.cursor import Unexpected
 from achse.st.syntax.nodes import changed
 
-__all__ = ["read_exported_networks"]
-
 _COUNTED = re.compile(r"(_NETWORKS|_OUTPUTS|_BOX_EXPR|_LD_OPERATOR|ENABLELIST)\s*:\s*([0-9]{1,9})$")
 _DEEPEST = 200
 
