@@ -24,8 +24,6 @@ from achse.st.syntax.tree import (
 from achse.st.syntax.units import Accessor, Method
 from achse.st.values.constants import path_of
 
-__all__ = ["Mentions", "mentions_of"]
-
 _WORD = re.compile(r"[A-Za-z_]\w*")
 
 

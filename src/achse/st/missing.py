@@ -12,16 +12,6 @@ from achse.st.files.references import LibraryReference
 from achse.st.lexis.source import Diagnostic
 from achse.st.syntax.parser import Parsed
 
-__all__ = [
-    "MissingLibrary",
-    "findings_by_library",
-    "is_known",
-    "lacking_libraries",
-    "line_of_library",
-    "missing_libraries",
-    "name_pattern",
-]
-
 _SHOWN_FILES = 3
 _SHOWN_NAMES = 4
 

@@ -37,15 +37,6 @@ from achse.st.reach import Reach
 from achse.st.symbolfiles.library import LibraryTypes
 from achse.st.syntax.parser import Parsed, parse
 
-__all__ = [
-    "Project",
-    "ProjectFiles",
-    "UnknownNames",
-    "examine_project",
-    "load_project",
-    "read_files",
-]
-
 UnknownNames: TypeAlias = Literal["refuse", "libraries", "opaque"]
 """Undeclared names that get stand-ins, which do nothing: none, those of libraries that a project
 references and that are not here, all."""

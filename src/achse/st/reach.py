@@ -20,8 +20,6 @@ from achse.st.syntax.parser import Parsed
 from achse.st.syntax.tree import NO_NOTE
 from achse.st.syntax.units import Function, GlobalList, Program
 
-__all__ = ["Findings", "Reach"]
-
 _WITH_UNITS = (Content.TEXT, Content.ENVELOPE, Content.EXPORT, Content.PLCOPEN)
 
 _CALLED_BY_RUNTIME = frozenset(

@@ -37,8 +37,6 @@ from achse.iec import (
     var,
 )
 
-__all__ = ["GVL", "MAIN", "E_Colour", "ST_Point"]
-
 
 class E_Colour(Enumeration):
     RED = 0

@@ -15,8 +15,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
 from achse.ams import AdsState
+from achse.codes.station import SERVICE_PORT
 from achse.devices.scope import ScopeDevice
-from achse.devices.station import SERVICE_PORT, StationService
+from achse.devices.station import StationService
 from achse.faults.active import Faults
 from achse.faults.fault import FaultError
 from achse.motion import Nc
@@ -34,8 +35,8 @@ from achse.station.clocks.agenda import Agenda
 from achse.station.clocks.clock import StationClock
 from achse.station.clocks.cycle import Cycle, PhasePlace
 from achse.station.clocks.pacing import Pace
-from achse.station.configuration.station_file import ConfigError, StationConfig, load
-from achse.station.configuration.types import STATION_FILE
+from achse.station.configuration.station_file import StationConfig, load
+from achse.station.configuration.types import STATION_FILE, ConfigError
 from achse.station.persistence.file_port import DISK, FilePort
 from achse.station.persistence.persistent_data import PersistentData
 from achse.station.routes.addresses import net_id_at
@@ -53,8 +54,6 @@ if TYPE_CHECKING:
     from achse.station.buses.interface_bus import InterfaceBus
     from achse.station.buses.plan import TerminalDevice
     from achse.station.plants.plant import Plant
-
-__all__ = ["Station"]
 
 log = logging.getLogger("achse.station")
 

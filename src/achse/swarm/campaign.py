@@ -11,8 +11,6 @@ from achse.swarm.excuses import EXCUSES
 from achse.swarm.scenario import run
 from achse.swarm.worlds.draws import SEEDS
 
-__all__ = ["Campaign", "FailedSeed", "seed_line", "seeds_one_by_one"]
-
 _YEAR_S = 365.25 * 86_400
 
 

@@ -9,6 +9,7 @@ import re
 from collections.abc import Callable
 from functools import cache
 
+from achse.codes.nc.choices import MotionPhase
 from achse.motion import Axis, Nc
 from achse.motion.channels.program_channel import ProgramChannel
 from achse.motion.channels.states import (
@@ -18,11 +19,8 @@ from achse.motion.channels.states import (
     InterpreterState,
 )
 from achse.motion.groups.path_group import PathGroup
-from achse.motion.states import MotionPhase
 from achse.swarm.worlds.channels import CHANNEL, GROUP, program_file
 from achse.swarm.worlds.world import DrawnChannel
-
-__all__ = ["ChannelWatch", "Contour", "reachable_states"]
 
 Point = tuple[float, float, float]
 Report = Callable[[str, str], None]

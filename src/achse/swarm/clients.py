@@ -28,16 +28,6 @@ from achse.swarm.services.rights import ClientRights
 from achse.swarm.talk import ConnectionLedger, SentRequest, Subscription
 from achse.swarm.worlds.world import DrawnClient
 
-__all__ = [
-    "CLIENT_ACTS",
-    "NC_PORT",
-    "PLC_PORT",
-    "Client",
-    "Dialling",
-    "encode_ratios",
-    "encode_service",
-]
-
 NC_PORT = 501
 PLC_PORT = 851
 

@@ -3,8 +3,6 @@
 import errno
 from pathlib import Path
 
-__all__ = ["MemoryDisk", "PowerCut"]
-
 
 class PowerCut(BaseException):
     """The power failed within a write: nothing of the program goes on."""

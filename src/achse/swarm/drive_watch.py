@@ -7,8 +7,6 @@ from achse.faults.fault import FaultState
 from achse.station import Station
 from achse.station.clocks.cycle import Phase, PhasePlace
 
-__all__ = ["DriveWatch"]
-
 _EVERY_NS = 10_000_000
 _NOTICED_NS = 100_000_000
 """Time after which drive, master and NC have noticed a fault."""

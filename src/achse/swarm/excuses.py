@@ -6,8 +6,6 @@ that is often used hides much, and is the next one to make narrower.
 
 from collections.abc import Mapping
 
-__all__ = ["EXCUSES", "excuse_rows"]
-
 EXCUSES: Mapping[str, str] = {
     "request_in_fault": "a fault of frames for requests was active while the request was under way",
     "sample_in_fault": "a fault of frames for notifications, or of links, was active",

@@ -6,8 +6,6 @@ looked after where the events are, and report by the name of their row.
 
 from dataclasses import dataclass
 
-__all__ = ["INVARIANTS", "Invariant", "invariant_rows"]
-
 
 @dataclass(frozen=True)
 class Invariant:

@@ -30,8 +30,6 @@ from achse.swarm.worlds.world import DrawnChannel, World
 from achse.transport.connections.fair_queue import FairQueue
 from achse.transport.tcp.listener import TcpListener
 
-__all__ = ["STATION_ACTS", "StationLife", "configuration", "write_part_programs"]
-
 _AFTER_NS = 1_000_000_000
 """Time for which a fault that is over still excuses: frames that it delayed."""
 

@@ -38,8 +38,6 @@ from achse.swarm.track import Track
 from achse.swarm.worlds.program import symbols_of
 from achse.swarm.worlds.world import STATION, Act, World
 
-__all__ = ["play", "play_twice"]
-
 _FLAT_EVERY = 8
 """Of so many worlds one is tried for memory that is left behind."""
 

@@ -14,8 +14,6 @@ from achse.swarm.worlds.drawing import draw_surroundings
 from achse.swarm.worlds.draws import Stream
 from achse.swarm.worlds.world import DrawnAxis, World, WorldError
 
-__all__ = ["PROJECT_INVARIANTS", "UserCheck", "draw_project_world", "load_checks", "station_file"]
-
 PROJECT_INVARIANTS = frozenset(("finite", "velocity", "slave-step", "gear-law"))
 """Invariants of motion that hold whatever dynamics the programs of a user command."""
 

@@ -11,8 +11,6 @@ from pathlib import Path
 from achse.swarm.outcome import BrokenInvariant
 from achse.swarm.worlds.world import World
 
-__all__ = ["commit", "failure_lines", "source_of_test"]
-
 
 def commit() -> str:
     """Return the commit of this source, or the version where there is no git."""

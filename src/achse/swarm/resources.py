@@ -9,8 +9,6 @@ from typing import Any
 
 from achse.station import Station
 
-__all__ = ["SETTLED_S", "Replaced", "check_bounds", "check_flat", "check_released", "is_released"]
-
 SETTLED_S = 70.0
 """Seconds after which the station holds nothing for clients that are gone."""
 

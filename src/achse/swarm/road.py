@@ -15,8 +15,6 @@ from achse.swarm.worlds.world import DrawnClient
 from achse.transport.connections.peer import Peer
 from achse.transport.tcp.listener import TcpListener
 
-__all__ = ["FarEnd", "Road", "StationTurns"]
-
 _HOST = "127.0.0.1"
 
 

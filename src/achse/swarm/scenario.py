@@ -16,8 +16,6 @@ from achse.swarm.worlds.draws import SEEDS
 from achse.swarm.worlds.motion import draw_motion_world
 from achse.swarm.worlds.world import World
 
-__all__ = ["TWICE_EVERY", "play_seed", "run", "world_of"]
-
 TWICE_EVERY = 16
 """Of so many seeds one is played in both kernels."""
 

@@ -18,8 +18,6 @@ from achse.station import ConfigError, Station
 from achse.station.configuration.station_file import parse
 from achse.swarm.worlds.world import WorldError
 
-__all__ = ["AXIS_VALUES", "load_st_checks"]
-
 AXIS_VALUES = (
     "set_position", "set_velocity", "set_acceleration", "actual_position", "actual_velocity",
     "following_error", "error_code", "homed",

@@ -13,8 +13,6 @@ from typing import Protocol
 from achse.ams import Command, DecodeError, Frame
 from achse.ams.notification import NotificationStream
 
-__all__ = ["ConnectionLedger", "Disturbances", "Place", "SentRequest", "Subscription"]
-
 Report = Callable[[str, str], None]
 
 _READING_NS = 1_000_000_000

@@ -4,8 +4,6 @@ from collections import deque
 
 from achse.motion import Nc
 
-__all__ = ["Track"]
-
 _MOST = 20_000
 """Cycles that are kept: the last ones."""
 

@@ -12,8 +12,6 @@ from achse.sweeps.scenario import Row, Scenario, digest_of, play
 from achse.sweeps.store import SweepStore, need_sweep
 from achse.sweeps.workers import dask_workers, prepare_workers
 
-__all__ = ["Sweep", "sweep"]
-
 _PIECES_PER_WORKER = 32
 """Pieces that each worker gets at least: the last ones to finish leave little idle."""
 

@@ -6,8 +6,6 @@ import os
 import threading
 from collections.abc import Iterator
 
-__all__ = ["RunTooLong", "within"]
-
 _AGAIN = 0.2
 """Seconds between attempts to end a run: code may swallow one."""
 

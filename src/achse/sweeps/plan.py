@@ -6,8 +6,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
-__all__ = ["Run", "SweepError", "SweepParameter", "SweepPlan", "Value"]
-
 Value = float | int | str | bool
 """Of a parameter, and of a result."""
 

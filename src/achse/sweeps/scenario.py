@@ -13,8 +13,6 @@ from typing import Any
 from achse.sweeps.deadline import RunTooLong, within
 from achse.sweeps.plan import Run, SweepError, Value
 
-__all__ = ["Row", "Scenario", "digest_of", "failed_row", "play"]
-
 Row = dict[str, Any]
 """`run`, `seed`, the parameters, the results, `error` (empty if it went well), `seconds`."""
 

@@ -15,8 +15,6 @@ from achse.sweeps.plan import SweepError, SweepPlan
 from achse.sweeps.scenario import RESERVED, Row, Scenario
 from achse.transport.file_lock import lock_file
 
-__all__ = ["SweepStore", "need_sweep"]
-
 _LOCK = "held"
 _INT64 = range(-(1 << 63), 1 << 63)
 

@@ -14,8 +14,6 @@ from typing import Any
 from achse.sweeps.plan import Run, SweepError
 from achse.sweeps.scenario import Row, Scenario, failed_row, play
 
-__all__ = ["Workers", "dask_workers", "prepare_workers"]
-
 _log = logging.getLogger("achse.sweeps")
 _DEATHS = 1
 """Workers that may die over one piece until it is suspected; then its runs are played apart."""

@@ -4,10 +4,11 @@ TcUnit itself is not part of achse: its public sources are loaded, unmodified, f
 has them.
 """
 
+from achse.tcunit.bench import ProjectError
 from achse.tcunit.junit import junit_xml
 from achse.tcunit.locate import TcUnitMissing, find_tcunit
 from achse.tcunit.results import CodePlace, Failure, Suite, TestRun, UnitTest
-from achse.tcunit.runner import ProjectError, run_tests
+from achse.tcunit.runner import run_tests
 
 __all__ = [
     "CodePlace",

@@ -22,8 +22,6 @@ from achse.tcunit.locate import find_tcunit, units_of
 from achse.tcunit.observer import Observer
 from achse.tcunit.results import CodePlace, Failure, Suite, TestOutcome, TestRun, UnitTest
 
-__all__ = ["Confine", "PlcTests", "ProjectError", "TestBench"]
-
 Confine = Callable[[StationConfig, Path], StationConfig]
 """Changes or refuses the configuration of a station; the path is where its names begin."""
 

@@ -5,8 +5,6 @@ from xml.etree import ElementTree as Tree
 
 from achse.tcunit.results import TestOutcome, TestRun, UnitTest
 
-__all__ = ["junit_xml", "xml_text"]
-
 _NOT_IN_XML = re.compile("[^\t\n\r -\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 
 

@@ -9,8 +9,6 @@ from achse.st.files.files import SOURCES, source_files
 from achse.st.files.forms import Content, suffixes_of
 from achse.st.lexis.source import SourceError
 
-__all__ = ["VARIABLE", "TcUnitMissing", "find_tcunit", "has_tcunit", "units_of"]
-
 VARIABLE = "ACHSE_TCUNIT"
 """Environment variable: the folder with TcUnit's sources, or its `.plcproj`."""
 

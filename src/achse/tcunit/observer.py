@@ -8,8 +8,6 @@ from typing import Any
 from achse.plc.bodies import Bodies
 from achse.tcunit.results import CodePlace, Failure
 
-__all__ = ["Observer"]
-
 _TESTS = ("test", "test_ordered")
 """Functions that begin a test: the name is the first input."""
 

@@ -7,8 +7,6 @@ from typing import NamedTuple
 
 from achse.plc.coverage.results import CoverageResult
 
-__all__ = ["CodePlace", "Failure", "Suite", "TestOutcome", "TestRun", "UnitTest"]
-
 
 class TestOutcome(Enum):
     """Outcome of a test."""

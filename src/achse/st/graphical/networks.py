@@ -15,24 +15,6 @@ from achse.st.lexis.codes import Code
 from achse.st.syntax.cursor import Unexpected
 from achse.st.syntax.nodes import node, place
 
-__all__ = [
-    "Assignment",
-    "Box",
-    "BoxInput",
-    "BoxOutput",
-    "DrawnNetwork",
-    "Instruction",
-    "Modifier",
-    "NetworkList",
-    "NetworkNode",
-    "NetworkOperand",
-    "NetworkWire",
-    "Parallel",
-    "Unconnected",
-    "read_networks",
-]
-
-
 _T = TypeVar("_T")
 
 

@@ -36,8 +36,6 @@ from achse.st.graphical.networks import (
     Unconnected,
 )
 
-__all__ = ["OperandValue", "chart_lines", "function_chart_lines", "network_lines", "no_value"]
-
 OperandValue: TypeAlias = Callable[[str], object | None]
 """The value of an expression while the program runs; None if it is not known."""
 

@@ -34,8 +34,6 @@ from achse.st.syntax.tree import (
     VarBlock,
 )
 
-__all__ = ["IMPLICIT", "BodyStatements", "call_of", "implicit_block", "path_of"]
-
 IMPLICIT = "IMPLICIT"
 """Qualifier of variables that a unit keeps for a body; their names may begin with `__`."""
 

@@ -2,8 +2,6 @@
 
 from enum import StrEnum
 
-__all__ = ["Code"]
-
 
 class Code(StrEnum):
     """Stable code of a finding; the texts of messages may change, codes keep their meaning."""

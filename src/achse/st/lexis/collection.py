@@ -4,8 +4,6 @@ import gc
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-__all__ = ["collection_paused"]
-
 _MANY = 50_000
 """New objects from which on they are made old before the next search for garbage."""
 

@@ -15,20 +15,6 @@ from achse.st.lexis.literals import malformed
 from achse.st.lexis.pragmas import Conditions, ProjectDefines
 from achse.st.lexis.words import BLOCK_WORDS, KEYWORDS, QUALIFIERS, SIGNS
 
-__all__ = [
-    "ADDRESS",
-    "BLANK",
-    "COMMENT",
-    "END",
-    "LITERALS",
-    "NAME",
-    "PRAGMA",
-    "Defines",
-    "Tokens",
-    "raw_words",
-    "scan",
-]
-
 Defines = Mapping[str, str] | Iterable[str] | ProjectDefines
 
 NAME = "name"

@@ -16,8 +16,6 @@ from achse.iec.strings import STRING, WSTRING, StringType
 from achse.iec.times import DATE_AND_TIME, DT, TimeType
 from achse.iec.types import IecType
 
-__all__ = ["LiteralValue", "literal_value", "malformed", "whole_number"]
-
 _TYPES: dict[str, IecType[Any]] = {
     **ELEMENTARY,
     "t": ELEMENTARY["time"],

@@ -15,8 +15,6 @@ import re
 from collections.abc import Iterable, Mapping
 from typing import Protocol
 
-__all__ = ["Conditions", "ProjectDefines", "asks_for_declarations", "attribute_of"]
-
 _QUOTED = r"""(?:'((?:[^'$]|\$.)*)'|"((?:[^"$]|\$.)*)")"""
 _ATTRIBUTE = re.compile(
     rf"\{{\s*attribute\s+{_QUOTED}\s*(?::=\s*{_QUOTED}\s*)?\}}", re.IGNORECASE | re.DOTALL

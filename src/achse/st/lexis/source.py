@@ -12,17 +12,6 @@ from unicodedata import category, combining, east_asian_width
 from achse.iec.errors import DeclarationError
 from achse.st.lexis.codes import Code
 
-__all__ = [
-    "Diagnostic",
-    "Drawing",
-    "FindingOrigin",
-    "Location",
-    "Source",
-    "SourceError",
-    "SourceSegment",
-    "printable",
-]
-
 _BREAK = re.compile("\n")
 _WORD = re.compile(
     r"""'(?:[^'$\n]|\$.)*'?|"(?:[^"$\n]|\$.)*"?|%[A-Za-z*][\w.*]*|\d[\w.]*(?:\#[\w.:+-]+)?"""

@@ -3,18 +3,6 @@
 Source: IEC 61131-3 (2013) tables 71 and 72; further words as in TwinCAT 3.
 """
 
-__all__ = [
-    "ACCESS",
-    "BLOCK_WORDS",
-    "INNER_ENDS",
-    "KEYWORDS",
-    "MODIFIERS",
-    "QUALIFIERS",
-    "SECTIONS",
-    "SIGNS",
-    "STATEMENT_WORDS",
-]
-
 
 def _words(text: str) -> frozenset[str]:
     return frozenset(text.split())

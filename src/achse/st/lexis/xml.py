@@ -13,8 +13,6 @@ from achse.st.lexis.codes import Code
 from achse.st.lexis.collection import collection_paused
 from achse.st.lexis.source import Diagnostic, Location, SourceError
 
-__all__ = ["ENCRYPTED", "Element", "escape", "parse_xml"]
-
 ENCRYPTED = b"TcEncryptedFile"
 """First bytes of a file that the vendor's tools encrypted."""
 

@@ -11,8 +11,6 @@ from achse.st.syntax.nodes import field_names
 from achse.st.typed.expressions import Computed, Conversion, Converted, Known, Operator, TypedValue
 from achse.st.typed.project import Routine, RoutineKind
 
-__all__ = ["FoundComparison", "check_comparisons", "comparisons_in"]
-
 RULES = (Code.FLOAT_EQUALITY, Code.DEAD_COMPARISON)
 
 _SIGNS = {Operator.EQ: "=", Operator.NE: "<>"}

@@ -24,8 +24,6 @@ from achse.st.syntax.tree import (
 )
 from achse.st.syntax.units import Function, FunctionBlock, GlobalList, Program, TypeDeclaration
 
-__all__ = ["DeclaredType", "DeclaredTypes"]
-
 _MOST_ALIASES = 20
 
 

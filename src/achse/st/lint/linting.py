@@ -14,8 +14,6 @@ from achse.st.lint.variables import check_variables
 from achse.st.syntax.parser import Parsed
 from achse.st.typed.project import TypedProject
 
-__all__ = ["lint", "lint_warm"]
-
 
 def lint(
     sources: Iterable[Parsed],

@@ -8,8 +8,6 @@ from typing import Any
 
 from achse.st.lexis.codes import Code
 
-__all__ = ["FAMILY", "FILE", "LintOptions", "LintOptionsError", "lint_options", "options_table"]
-
 FILE = "achse.toml"
 """Name of the file, in the folder of the project or one above it."""
 

@@ -6,8 +6,6 @@ from achse.st.lexis.codes import Code
 from achse.st.lexis.source import Diagnostic, Source
 from achse.st.lint.options import LintOptions
 
-__all__ = ["LintReport"]
-
 _PRAGMA = re.compile(r"(?://|\(\*|/\*|\{)[^\n]*?\bachse:\s*ignore\b((?:[\s,]+LT[0-9]{0,4})*)")
 _ONLY_PRAGMA = re.compile(r"\s*(?://[^\n]*|\(\*[^\n]*\*\)|/\*[^\n]*\*/|\{[^\n]*\})\s*")
 

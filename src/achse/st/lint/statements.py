@@ -34,8 +34,6 @@ from achse.st.syntax.tree import (
     While,
 )
 
-__all__ = ["check_statements"]
-
 RULES = (
     Code.ASSIGNMENT_IN_CONDITION,
     Code.MISSING_ELSE,

@@ -44,17 +44,6 @@ from achse.st.syntax.units import (
 )
 from achse.st.values.functions import is_standard
 
-__all__ = [
-    "Owner",
-    "TrackedUnit",
-    "TrackedVariable",
-    "TrackedVariables",
-    "UseKind",
-    "tracked_units",
-    "uses_of",
-    "with_chains",
-]
-
 _WORD = re.compile(r"[A-Za-z_]\w*")
 _PATHS = (Name, Member, Index, Dereference, PartOf)
 

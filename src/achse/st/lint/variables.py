@@ -25,8 +25,6 @@ from achse.st.syntax.units import (
     Program,
 )
 
-__all__ = ["check_variables"]
-
 RULES = (
     Code.UNUSED_VARIABLE,
     Code.NEVER_WRITTEN,

@@ -1,9 +1,10 @@
 """Symbol files: `.tmc` and `.tpy` read and written, and what differs between two of them."""
 
+from achse.st.files.tasks import FileTask
 from achse.st.lexis.codes import Code
 from achse.st.lexis.source import Diagnostic, Location, SourceError
 from achse.st.symbolfiles.difference import Change, differences
-from achse.st.symbolfiles.model import FileTask, FileVariable, SymbolFile, units_of
+from achse.st.symbolfiles.model import FileVariable, SymbolFile, units_of
 from achse.st.symbolfiles.tmc import read_tmc
 from achse.st.symbolfiles.tmcwriter import write_tmc
 from achse.st.symbolfiles.tpy import read_tpy

@@ -8,8 +8,6 @@ from achse.iec.describe import describe_type
 from achse.iec.types import IecType
 from achse.st.symbolfiles.model import FileVariable, SymbolFile, is_defined
 
-__all__ = ["Change", "differences"]
-
 
 class Change(NamedTuple):
     """One difference; `kind` is `type` or `variable`, `before` or `after` is empty if it is new

@@ -17,8 +17,6 @@ from achse.iec.types import IecType
 from achse.iec.variables import Image
 from achse.st.lexis.xml import Element
 
-__all__ = ["initial_image", "initial_parts"]
-
 _LITERALS = ("Value", "String", "Bool", "DateTime", "EnumText")
 _MOST_PARTS = 10_000
 """Parts of one initial value that are written; an array beyond that starts with its zeros."""

@@ -21,8 +21,6 @@ from achse.st.symbolfiles.tmc import start_values, types_of_tmc
 from achse.st.symbolfiles.types import FileTypes
 from achse.st.values.values import Constant
 
-__all__ = ["LibraryTypes"]
-
 
 class LibraryTypes:
     """The types of `.tmc` files; each is its content and the name it has in faults.

@@ -17,16 +17,6 @@ from achse.iec.typetable import TypeTable
 from achse.iec.variables import Address, Variable
 from achse.st.files.tasks import FileTask
 
-__all__ = [
-    "MEMORY_GROUPS",
-    "FileTask",
-    "FileVariable",
-    "SymbolFile",
-    "address_of",
-    "is_defined",
-    "units_of",
-]
-
 MEMORY_GROUPS: Mapping[int, tuple[str, bool]] = {
     PlcGroup.FLAGS: ("M", False),
     PlcGroup.FLAG_BITS: ("M", True),

@@ -20,8 +20,6 @@ from achse.st.declared.signatures import (
 )
 from achse.st.lexis.xml import Element
 
-__all__ = ["read_signature"]
-
 _LIFECYCLE = ("fb_init", "fb_exit", "fb_reinit")
 _ROOTS = ("pvoid", "")
 """Bases in a file that a declaration does not write."""

@@ -6,14 +6,13 @@ from enum import IntEnum
 from achse.iec.errors import shown
 from achse.iec.names import with_coding
 from achse.iec.variables import Variable
+from achse.st.files.tasks import FileTask
 from achse.st.lexis.codes import Code
 from achse.st.lexis.xml import Element, parse_xml
 from achse.st.symbolfiles.initials import initial_image
-from achse.st.symbolfiles.model import FileTask, FileVariable, SymbolFile
+from achse.st.symbolfiles.model import FileVariable, SymbolFile
 from achse.st.symbolfiles.types import FileTypes, checked_address, properties_of
 from achse.st.values.values import Constant
-
-__all__ = ["AREAS", "read_tmc", "start_values", "types_of_tmc"]
 
 AREAS = {"InputDst": "I", "OutputSrc": "Q", "MArea": "M", "RetainSrc": "R", "Internal": "D"}
 """AreaType of a data area, and the area of an `Address`; any other type counts as data."""

@@ -23,17 +23,6 @@ from achse.st.symbolfiles.initials import initial_parts
 from achse.st.symbolfiles.model import FileVariable, SymbolFile, is_defined
 from achse.st.symbolfiles.tmc import AREAS
 
-__all__ = [
-    "bits_of",
-    "data_type",
-    "default_of",
-    "defined_types",
-    "item_properties",
-    "properties",
-    "text",
-    "write_tmc",
-]
-
 _AREA_NUMBERS = {"InputDst": 0, "OutputSrc": 1, "MArea": 2, "Internal": 3, "RetainSrc": 4}
 _AREA_NAMES = {
     "InputDst": "Inputs",

@@ -4,18 +4,12 @@ import re
 
 from achse.iec.errors import shown
 from achse.iec.variables import Variable
+from achse.st.files.tasks import FileTask
 from achse.st.lexis.codes import Code
 from achse.st.lexis.xml import Element, parse_xml
 from achse.st.symbolfiles.initials import initial_image
-from achse.st.symbolfiles.model import (
-    MEMORY_GROUPS,
-    FileTask,
-    FileVariable,
-    SymbolFile,
-)
+from achse.st.symbolfiles.model import MEMORY_GROUPS, FileVariable, SymbolFile
 from achse.st.symbolfiles.types import FileTypes, checked_address, properties_of
-
-__all__ = ["read_tpy"]
 
 _POINTER = re.compile(r"(POINTER|REFERENCE) TO ", re.IGNORECASE)
 

@@ -8,7 +8,8 @@ from achse.iec.describe import types_shown
 from achse.iec.structs import StructType
 from achse.iec.types import IecType
 from achse.iec.variables import Variable
-from achse.st.symbolfiles.model import MEMORY_GROUPS, FileTask, FileVariable, SymbolFile
+from achse.st.files.tasks import FileTask
+from achse.st.symbolfiles.model import MEMORY_GROUPS, FileVariable, SymbolFile
 from achse.st.symbolfiles.tmcwriter import (
     bits_of,
     data_type,
@@ -18,8 +19,6 @@ from achse.st.symbolfiles.tmcwriter import (
     properties,
     text,
 )
-
-__all__ = ["write_tpy"]
 
 _GROUPS = {place: group for group, place in MEMORY_GROUPS.items()}
 """Index group by area, and whether its offsets count bits."""

@@ -12,7 +12,7 @@ from typing import Any
 from uuid import UUID
 
 from achse.iec.arrays import ArrayType, Bounds
-from achse.iec.derived import AliasType, InterfaceType, SubrangeType, resolved
+from achse.iec.derived import AliasType, InterfaceType, OpaqueType, SubrangeType, resolved
 from achse.iec.elementary import BIT, BYTE, UDINT, UINT, IntegerType
 from achse.iec.enums import EnumType
 from achse.iec.errors import DeclarationError, IecValueError, shown
@@ -21,7 +21,6 @@ from achse.iec.methods import Method, Parameter
 from achse.iec.names import parse_type, with_coding
 from achse.iec.structs import RecordKind, StructType
 from achse.iec.types import Adst, IecType
-from achse.iec.typetable import OpaqueType
 from achse.iec.variables import Address, Section, Variable
 from achse.st.declared.signatures import BlockSignature
 from achse.st.lexis.codes import Code
@@ -30,8 +29,6 @@ from achse.st.lexis.xml import Element
 from achse.st.symbolfiles.initials import initial_image
 from achse.st.symbolfiles.model import address_of
 from achse.st.symbolfiles.signatures import read_signature
-
-__all__ = ["MAX_BYTES", "FileTypes", "checked_address", "properties_of"]
 
 MAX_BYTES = 1 << 28
 """No variable of a file lies or reaches beyond this byte of its area."""

@@ -9,8 +9,6 @@ from achse.st.lexis.source import Diagnostic, Source
 from achse.st.lexis.words import BLOCK_WORDS
 from achse.st.syntax.tree import NO_NOTE, Name, Note
 
-__all__ = ["DEEPEST", "MOST_FAULTS", "Cursor", "Unexpected"]
-
 DEEPEST = 100
 """Deepest nesting of brackets, statements and types in each other."""
 MOST_FAULTS = 100

@@ -36,8 +36,6 @@ from achse.st.syntax.tree import (
 )
 from achse.st.syntax.units import TypeDeclaration
 
-__all__ = ["DeclarationParser"]
-
 _IN_STATEMENTS = frozenset((":=", "(", "^", "["))
 _IN_TYPE_NAMES = frozenset((".", "<", "("))
 _MEMBER_ENDS = frozenset(("END_STRUCT", "END_UNION"))

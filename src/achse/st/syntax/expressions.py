@@ -34,8 +34,6 @@ from achse.st.syntax.tree import (
     Unary,
 )
 
-__all__ = ["BINDING", "LONGEST", "UNARY_BINDING", "ExpressionParser"]
-
 BINDING: dict[str, int] = {
     ":=": 1,
     "OR": 2,

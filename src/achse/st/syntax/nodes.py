@@ -4,8 +4,6 @@ from dataclasses import dataclass, field, fields
 from functools import cache
 from typing import Any, TypeVar, dataclass_transform
 
-__all__ = ["changed", "field_names", "node", "place"]
-
 N = TypeVar("N")
 
 

@@ -6,8 +6,6 @@ from typing import NamedTuple
 from achse.st.syntax.tree import EnumOf
 from achse.st.syntax.units import GlobalList, Namespace, TypeDeclaration, Unit
 
-__all__ = ["UnitOutline", "outline_of"]
-
 
 class UnitOutline(NamedTuple):
     """Name and kind of a unit, and the names of its contents that need no unit in front."""

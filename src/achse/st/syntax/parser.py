@@ -40,8 +40,6 @@ from achse.st.syntax.units import (
     Unit,
 )
 
-__all__ = ["Parsed", "Parser", "parse", "parse_expression", "parse_statements"]
-
 P = TypeVar("P")
 
 _UNIT_WORDS = ("FUNCTION_BLOCK", "FUNCTION", "PROGRAM", "INTERFACE", "TYPE", "VAR_GLOBAL")

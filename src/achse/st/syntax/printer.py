@@ -72,8 +72,6 @@ from achse.st.syntax.units import (
     Unit,
 )
 
-__all__ = ["print_expression", "print_initial", "print_statements", "print_type", "print_units"]
-
 _STEP = "    "
 _ATOM = UNARY_BINDING + 1
 

@@ -37,8 +37,6 @@ from achse.st.syntax.tree import (
     While,
 )
 
-__all__ = ["StatementParser"]
-
 _ENDS = BLOCK_WORDS | INNER_ENDS | {"END_STRUCT", "END_UNION", END}
 """Tokens that start no statement, so that a list of statements ends before them."""
 _RESUME = STATEMENT_WORDS | INNER_ENDS

@@ -9,23 +9,6 @@ from achse.st.graphical.body import GraphicalBody
 from achse.st.syntax.nodes import node, place
 from achse.st.syntax.tree import Initial, NamedType, Note, Statements, TypeSpec, VarBlock
 
-__all__ = [
-    "Accessor",
-    "Action",
-    "Body",
-    "Function",
-    "FunctionBlock",
-    "GlobalList",
-    "Interface",
-    "Method",
-    "Namespace",
-    "Part",
-    "Program",
-    "Property",
-    "TypeDeclaration",
-    "Unit",
-]
-
 
 @node
 class TypeDeclaration:

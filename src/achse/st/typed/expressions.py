@@ -7,29 +7,6 @@ from achse.iec.types import IecType
 from achse.st.syntax.nodes import node, place
 from achse.st.typed.places import Storage
 
-__all__ = [
-    "AddressOf",
-    "AssignmentTarget",
-    "Composed",
-    "Computed",
-    "Conversion",
-    "Converted",
-    "Created",
-    "Deleted",
-    "DirectTarget",
-    "EnumName",
-    "Invocation",
-    "Known",
-    "Latched",
-    "Operator",
-    "Queried",
-    "Read",
-    "Shortcut",
-    "Stored",
-    "TableTarget",
-    "TypedValue",
-]
-
 
 class Conversion(Enum):
     """Conversion of a value to another type."""

@@ -6,8 +6,6 @@ from typing import Any
 
 from achse.st.syntax.nodes import field_names
 
-__all__ = ["is_node", "nodes_in"]
-
 _MODULES = frozenset(f"achse.st.typed.{name}" for name in ("expressions", "places", "statements"))
 
 

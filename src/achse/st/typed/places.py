@@ -11,21 +11,6 @@ from achse.st.syntax.nodes import node, place
 if TYPE_CHECKING:
     from achse.st.typed.expressions import TypedValue
 
-__all__ = [
-    "Base",
-    "CalleeBase",
-    "FrameBase",
-    "ImageBase",
-    "IndexStep",
-    "InstanceBase",
-    "PointerBase",
-    "StaticBase",
-    "Storage",
-    "TemporaryBase",
-    "UnitBase",
-    "flat",
-]
-
 
 def flat(type: IecType[Any]) -> IecType[Any]:
     """The type that code sees: behind aliases and sub-ranges, and the base of an enumeration."""

@@ -13,18 +13,6 @@ from achse.st.lexis.source import Diagnostic, Location, Source
 from achse.st.typed.places import StaticBase
 from achse.st.typed.statements import TypedStatements
 
-__all__ = [
-    "InitCall",
-    "Routine",
-    "RoutineKind",
-    "TypeChangeCall",
-    "TypedBlock",
-    "TypedInterface",
-    "TypedProject",
-    "TypedRecord",
-    "TypedUnit",
-]
-
 
 class RoutineKind(Enum):
     """Kind of a routine."""

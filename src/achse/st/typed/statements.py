@@ -8,26 +8,6 @@ from achse.st.syntax.nodes import node, place
 from achse.st.typed.expressions import Stored, TypedValue
 from achse.st.typed.places import Storage
 
-__all__ = [
-    "CaseSelection",
-    "ConditionLoop",
-    "Conditional",
-    "CountedLoop",
-    "Do",
-    "JumpMark",
-    "JumpTo",
-    "LifeEvent",
-    "LifeStep",
-    "LoopExit",
-    "LoopNext",
-    "Protected",
-    "RoutineExit",
-    "TypedBranch",
-    "TypedChoice",
-    "TypedStatement",
-    "TypedStatements",
-]
-
 
 @node
 class Do:

@@ -51,8 +51,6 @@ from achse.st.typed.statements import (
     TypedStatements,
 )
 
-__all__ = ["lines_of", "place_of", "storage_text", "text_of"]
-
 
 def text_of(value: TypedValue) -> str:
     """A value in one line."""

@@ -19,8 +19,6 @@ from achse.st.unknown.meanings import Meanings, is_built_in
 from achse.st.unknown.standins import is_list
 from achse.st.unknown.uses import MissingUse
 
-__all__ = ["keep_names_of"]
-
 _CLOSE = 0.9
 _MISSPELT = 0.95
 _DIGITS = "0123456789"

@@ -55,8 +55,6 @@ from achse.st.unknown.trees import bases_of, is_plain, literal_text, part_of
 from achse.st.unknown.uses import MissingUse
 from achse.st.values.functions import is_standard
 
-__all__ = ["TRUTHS", "Meanings", "Sense", "is_built_in"]
-
 _IDENTIFIER = re.compile(r"\w+(?:\.\w+)*", re.ASCII)
 TRUTHS = ("AND", "OR", "XOR", "AND_THEN", "OR_ELSE", "&")
 _COMPARING = ("=", "<>", "<", "<=", ">", ">=")

@@ -23,8 +23,6 @@ from achse.st.syntax.units import Method
 from achse.st.unknown.uses import MissingUse, open_bounds
 from achse.st.unknown.walk import MissingNames
 
-__all__ = ["LISTS_FILE", "TYPES_FILE", "is_list", "stand_ins"]
-
 TYPES_FILE = "types.st"
 LISTS_FILE = "constants.st"
 

@@ -14,8 +14,6 @@ from achse.st.syntax.tree import Literal, NamedType, Range
 from achse.st.syntax.units import Interface, Unit
 from achse.st.unknown.uses import LONG_TEXT, MissingUse
 
-__all__ = ["bases_of", "is_plain", "literal_text", "part_of"]
-
 
 def is_plain(dimension: Range | None) -> bool:
     """Return True if the bounds of a dimension are literals."""

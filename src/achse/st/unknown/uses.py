@@ -11,8 +11,6 @@ from achse.iec.structs import StructType
 from achse.st.declared.signatures import BlockSignature, MethodSignature
 from achse.st.syntax.units import Method
 
-__all__ = ["LONG_TEXT", "MissingUse", "open_bounds"]
-
 LONG_TEXT = "STRING(255)"
 _UNSURE = ("", "DINT", "LREAL", LONG_TEXT)
 """Types that literals show."""

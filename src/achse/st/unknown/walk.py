@@ -57,8 +57,6 @@ from achse.st.unknown.meanings import TRUTHS, Meanings, Sense
 from achse.st.unknown.trees import bases_of, part_of
 from achse.st.unknown.uses import MissingUse
 
-__all__ = ["MissingNames"]
-
 _NUMBERS = ("+", "-", "*", "/", "MOD")
 _COUNTS = ("sint", "usint", "int", "uint", "dint", "udint", "byte", "word", "dword")
 _QUERIES = ("__QUERYINTERFACE", "__QUERYPOINTER")

@@ -40,8 +40,6 @@ from achse.st.syntax.tree import (
 from achse.st.values.functions import UTF8_LITERALS, called, is_standard
 from achse.st.values.values import Constant, NotConstant, checked
 
-__all__ = ["Evaluator", "Path", "path_of"]
-
 Path: TypeAlias = tuple[str, ...]
 Lookup: TypeAlias = Callable[[Path, int], Constant]
 """Gives the constant of a name; raises `NotConstant` for other names, `Unexpected` for none."""

@@ -24,8 +24,6 @@ from achse.st.lexis.literals import literal_value
 from achse.st.syntax.cursor import Unexpected
 from achse.st.values.values import UNITS_NS, Constant, NotConstant, checked
 
-__all__ = ["UTF8_LITERALS", "called", "is_standard"]
-
 _LONGEST = 255
 """Characters that the string functions work with."""
 _CONVERSION = re.compile(r"(?:([A-Z]+|DATE_AND_TIME|TIME_OF_DAY)_)?TO_([A-Z_]+)")

@@ -28,8 +28,6 @@ from achse.st.syntax.tree import (
 from achse.st.values.constants import Evaluator
 from achse.st.values.values import NotConstant, fitted
 
-__all__ = ["InitialValues", "Left"]
-
 _LEFT = object()
 """The value of what no constant is: as its type says, until memory is laid out."""
 

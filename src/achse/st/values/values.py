@@ -18,8 +18,6 @@ from achse.iec.types import IecType
 from achse.st.lexis.codes import Code
 from achse.st.syntax.cursor import Unexpected
 
-__all__ = ["UNITS_NS", "Constant", "NotConstant", "Value", "checked", "fitted"]
-
 Value: TypeAlias = int | float | bool | str
 
 

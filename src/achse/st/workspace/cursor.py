@@ -31,8 +31,6 @@ from achse.st.workspace.symbols import (
     visible_in,
 )
 
-__all__ = ["OpenCall", "completions", "first_offset", "open_call", "routine_at"]
-
 _PATH = re.compile(r"((?:[A-Za-z_]\w*(?:\^|\[[^\[\]]*\]|\([^()]*\))*\s*\.\s*)*)([A-Za-z_]\w*)?$")
 _CALLED = re.compile(r"((?:[A-Za-z_]\w*(?:\^|\[[^\[\]]*\])*\s*\.\s*)*[A-Za-z_]\w*\^?)\s*$")
 _BLANKED = re.compile(

@@ -15,8 +15,6 @@ from achse.st.syntax.tree import Argument, Literal
 from achse.st.values.constants import path_of
 from achse.st.workspace.symbols import DeclaredSymbol, symbol_of
 
-__all__ = ["DrawnName", "ambiguous_names", "drawn_names"]
-
 _SCALAR = re.compile(
     r"<v(?P<facts>(?:\s[^>]*)?)(?<!/)>(?P<text>[^<]*)</v>|<[A-Za-z][^>]*>([^<]+)(?=<)"
 )

@@ -11,8 +11,6 @@ from typing import Any
 from achse.st.lexis.source import Diagnostic, Source
 from achse.st.syntax.parser import Parsed
 
-__all__ = ["BodyEdit", "body_edit"]
-
 _PARTS = ("parts", "units")
 _ACCESSORS = ("get", "set")
 

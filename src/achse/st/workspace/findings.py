@@ -7,8 +7,6 @@ from achse.st.lexis.source import Diagnostic, SourceError
 from achse.st.project import Project
 from achse.st.typed.project import TypedProject
 
-__all__ = ["ProjectFindings", "findings_of", "sorted_findings"]
-
 
 class ProjectFindings(NamedTuple):
     """All that is wrong with a project, each by file and place."""

@@ -40,20 +40,6 @@ from achse.st.syntax.units import (
     TypeDeclaration,
 )
 
-__all__ = [
-    "DeclaredSymbol",
-    "Outline",
-    "SymbolKind",
-    "members_of",
-    "of_enum_value",
-    "of_scope",
-    "parameters_of",
-    "symbol_of",
-    "symbol_of_unit",
-    "symbols_in",
-    "visible_in",
-]
-
 
 class SymbolKind(Enum):
     """Kinds of symbols."""

@@ -20,8 +20,6 @@ from achse.st.syntax.parser import Parsed
 from achse.st.syntax.tree import Note
 from achse.st.syntax.units import Namespace, Unit
 
-__all__ = ["Touched", "WordIndex", "first_touched", "routines_again"]
-
 _WITHOUT_UNIT = ("", "interfaces")
 """Nodes that are checked again after each edit."""
 _WORD = re.compile(r"\w+")

@@ -27,8 +27,6 @@ from achse.st.workspace.symbols import (
     symbols_in,
 )
 
-__all__ = ["SymbolUse", "entries_in", "outline_in", "uses_in"]
-
 
 @dataclass(frozen=True, slots=True)
 class SymbolUse:

@@ -44,8 +44,6 @@ from achse.st.workspace.findings import ProjectFindings, sorted_findings
 from achse.st.workspace.touched import WordIndex, first_touched, routines_again
 from achse.st.workspace.uses import SymbolUse, uses_in
 
-__all__ = ["Extent", "Workspace"]
-
 _BESIDE = (LIBRARY_TYPES, *suffixes_of(Content.PROJECT, Content.SYSTEM, Content.SOLUTION))
 """Endings of further files that say something about a project."""
 

@@ -19,9 +19,8 @@ from achse.station.building.building import Building, Ground, Parts
 from achse.station.building.nc import connect_nc, make_nc
 from achse.station.building.plcs import make_plcs
 from achse.station.building.scope import make_scope
-from achse.station.configuration.station_file import ConfigError, StationConfig
-
-__all__ = ["PARTS", "assemble", "idle", "permanent"]
+from achse.station.configuration.station_file import StationConfig
+from achse.station.configuration.types import ConfigError
 
 
 def _make_buses(building: Building) -> None:

@@ -20,7 +20,8 @@ from achse.station.clocks.clock import StationClock
 from achse.station.clocks.cycle import IDLE_TICK_NS, Phase
 from achse.station.clocks.pacing import Pace
 from achse.station.clocks.phases import NcPhase, NotificationPhase, upkeep
-from achse.station.configuration.station_file import ConfigError, StationConfig
+from achse.station.configuration.station_file import StationConfig
+from achse.station.configuration.types import ConfigError
 from achse.station.plcs.sources import PlcSource
 
 if TYPE_CHECKING:
@@ -29,8 +30,6 @@ if TYPE_CHECKING:
     from achse.station.buses.interface_bus import InterfaceBus
     from achse.station.buses.plan import TerminalDevice
     from achse.station.plants.plant import Plant
-
-__all__ = ["Building", "Ground", "NcExchange", "Parts"]
 
 _SHORTEST_TICK_NS = 10_000
 """All cycles are multiples of one tick; a shorter one would only burn time."""

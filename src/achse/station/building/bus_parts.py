@@ -13,8 +13,6 @@ from achse.station.configuration.bus import BusConfig, DriveConfig
 from achse.station.configuration.station_file import StationConfig
 from achse.station.configuration.terminal import TerminalConfig
 
-__all__ = ["attach_buses", "make_bus", "served_bus", "terminals_on"]
-
 
 def terminals_on(config: StationConfig, bus: BusConfig) -> list[TerminalConfig]:
     """The terminals of a bus; without a name they are on the first one."""

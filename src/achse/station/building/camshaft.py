@@ -17,9 +17,7 @@ from achse.iec.nearest import did_you_mean
 from achse.station.building.building import Building
 from achse.station.clocks.cycle import Phase, PhasePlace
 from achse.station.configuration.camshaft import CamshaftConfig
-from achse.station.configuration.station_file import ConfigError
-
-__all__ = ["CamshaftPhase", "make_camshafts"]
+from achse.station.configuration.types import ConfigError
 
 log = logging.getLogger("achse.station")
 

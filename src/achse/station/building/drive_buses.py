@@ -8,9 +8,7 @@ from achse.station.building.nc import drives_of
 from achse.station.buses.axis_bus import AxisBus
 from achse.station.buses.interface_bus import InterfaceBus
 from achse.station.buses.plan import BusPlan
-from achse.station.configuration.station_file import ConfigError
-
-__all__ = ["make_buses"]
+from achse.station.configuration.types import ConfigError
 
 
 def make_buses(building: Building) -> None:

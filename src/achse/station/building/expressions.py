@@ -10,8 +10,6 @@ from collections.abc import Callable, Mapping
 from enum import StrEnum
 from typing import NamedTuple, NoReturn
 
-__all__ = ["FUNCTIONS", "ExpressionError", "Formula", "FormulaFunction", "parse_expression"]
-
 LONGEST = 1000
 """Characters of an expression."""
 

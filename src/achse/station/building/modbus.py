@@ -4,8 +4,6 @@ from achse.devices.modbus import MODBUS_PORT, ModbusDevice
 from achse.devices.system import SystemDevice
 from achse.station.building.building import Building
 
-__all__ = ["make_modbus"]
-
 
 def make_modbus(building: Building) -> None:
     """The device at port 10500, if the configuration has it. Raises ConfigError."""

@@ -4,6 +4,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
+from achse.codes.nc.choices import DriveType, EncoderType, TableSubType, TableType
 from achse.devices.nc import NcDevice
 from achse.extras import needs_extra
 from achse.iec.nearest import did_you_mean
@@ -13,7 +14,7 @@ from achse.motion.machine.record import PARAMETERS as MACHINE_PARAMETERS
 from achse.motion.nc import STORED_VELOCITIES, configurable
 from achse.motion.record import FIELDS
 from achse.motion.servo import ServoMode
-from achse.motion.states import DriveType, EncoderType, TableSubType, TableType, choices_of
+from achse.motion.states import choices_of
 from achse.motion.tables import TableError, TableParameters
 from achse.motion.tables.function import MotionPoint
 from achse.motion.tables.joining import Boundary
@@ -28,21 +29,11 @@ from achse.station.configuration.documents import check_file
 from achse.station.configuration.fmu import FmuAxisConfig
 from achse.station.configuration.station_file import (
     AxisConfig,
-    ConfigError,
     StationConfig,
     TableConfig,
     axis_keys,
 )
-
-__all__ = [
-    "NC_PORTS",
-    "connect_nc",
-    "drives_of",
-    "make_nc",
-    "nc_of",
-    "plant_axes_of",
-    "velocity_warnings",
-]
+from achse.station.configuration.types import ConfigError
 
 NC_PORTS = (500, 501)
 """NC and its SAF task; both answer for the same axes."""

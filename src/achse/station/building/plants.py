@@ -27,15 +27,13 @@ from achse.station.building.plc_variables import (
 from achse.station.buses.servo_options import servo_options
 from achse.station.clocks.cycle import CyclicPhase, PhasePlace
 from achse.station.configuration.fmu import FmuConfig
-from achse.station.configuration.station_file import ConfigError
+from achse.station.configuration.types import ConfigError
 from achse.station.plants.archive import UnitArchive
 from achse.station.plants.axis_port import AxisPort, PlantAxis
 from achse.station.plants.description import PlantVariable, UnitDescription
 from achse.station.plants.errors import PlantError
 from achse.station.plants.plant import Plant
 from achse.station.plants.process import UnitProcess
-
-__all__ = ["make_plants"]
 
 log = logging.getLogger("achse.station")
 

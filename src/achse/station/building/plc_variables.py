@@ -11,8 +11,6 @@ from achse.iec.elementary import BoolType, IntegerType, RealType
 from achse.iec.nearest import did_you_mean
 from achse.station.configuration.types import ConfigError
 
-__all__ = ["encoder_of", "find_variable", "is_numeric", "written_variable"]
-
 
 def find_variable(device: PlcDevice, name: str, key: str) -> PlcSymbol:
     """Return the variable of that name; `key` names it in errors. Raises ConfigError."""

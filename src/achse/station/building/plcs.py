@@ -13,8 +13,6 @@ from achse.station.plcs.axis_links import link_axes
 from achse.station.plcs.channel_links import link_channels
 from achse.station.plcs.sources import PlcSource
 
-__all__ = ["make_plcs"]
-
 
 def make_plcs(building: Building) -> None:
     """Each PLC from its sources, symbols or Python classes. Raises ConfigError."""

@@ -20,9 +20,7 @@ from achse.scope import (
 from achse.scope.service import SCOPE_PORT
 from achse.station.building.building import Building
 from achse.station.clocks.cycle import Phase, PhasePlace
-from achse.station.configuration.station_file import ConfigError
-
-__all__ = ["ScopePhase", "StationScope", "make_scope"]
+from achse.station.configuration.types import ConfigError
 
 _NC_PORT = 500
 

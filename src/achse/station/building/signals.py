@@ -24,9 +24,7 @@ from achse.station.configuration.signal import (
     PeriodicSignal,
     SignalConfig,
 )
-from achse.station.configuration.station_file import ConfigError
-
-__all__ = ["make_signals"]
+from achse.station.configuration.types import ConfigError
 
 log = logging.getLogger("achse.station")
 

@@ -18,10 +18,8 @@ from achse.station.buses.ethercat_bus import EthercatBus
 from achse.station.buses.interface_bus import InterfaceBus
 from achse.station.buses.plan import BusPlan
 from achse.station.clocks.cycle import CyclicPhase, PhasePlace
-from achse.station.configuration.station_file import ConfigError
 from achse.station.configuration.terminal import TerminalConfig
-
-__all__ = ["TerminalBus", "make_terminals"]
+from achse.station.configuration.types import ConfigError
 
 
 class _Link:

@@ -25,8 +25,6 @@ from achse.station.configuration.signal import (
     TriangleSignal,
 )
 
-__all__ = ["CsvError", "Waveform", "counter", "noise", "periodic", "read_csv"]
-
 Waveform = Callable[[int], float]
 """The value at a station time in ns. ArithmeticError or ValueError where there is none."""
 

@@ -17,8 +17,6 @@ from achse.station.buses.kernel_cycles import KernelCycles
 from achse.station.buses.servo_options import servo_options
 from achse.station.configuration.bus import DriveConfig
 
-__all__ = ["AxisBus", "BusPlace", "DriveBus", "DriveSlave"]
-
 
 class BusPlace(Protocol):
     """Position of an entry in the process data of a slave."""

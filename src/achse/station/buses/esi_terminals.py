@@ -15,8 +15,6 @@ from achse.ethercat.virtual import (
 )
 from achse.station.configuration.terminal import TerminalConfig
 
-__all__ = ["esi_devices", "make_behaviour", "make_esi_terminal"]
-
 _LOOP_BACK = "loop-back"
 
 

@@ -27,8 +27,6 @@ from achse.station.buses.virtual_drives import digest_of, make_drives, torque_pe
 from achse.station.configuration.bus import DriveConfig
 from achse.station.configuration.terminal import TerminalConfig
 
-__all__ = ["EthercatBus", "slaves_digest", "tell_event"]
-
 log = logging.getLogger("achse.bus")
 
 _WARNINGS = {

@@ -11,8 +11,6 @@ from achse.ethercat.master.errors import BusError
 from achse.ethercat.master.steps import Steps
 from achse.ethercat.master.traffic import AcyclicTraffic
 
-__all__ = ["TRIP_BOUNDS_NS", "BusLink", "FrameLink", "RoundTrips", "do_steps"]
-
 T = TypeVar("T")
 
 _TURN_S = 0.0005

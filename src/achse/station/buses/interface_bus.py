@@ -28,8 +28,6 @@ from achse.station.buses.virtual_drives import make_drives, torque_per_accelerat
 from achse.station.configuration.bus import DriveConfig
 from achse.transport.ethernet import EthernetLink, LinkError
 
-__all__ = ["InterfaceBus", "open_interface"]
-
 log = logging.getLogger("achse.bus")
 
 _AGAIN_NS = 1_000_000_000

@@ -8,9 +8,6 @@ from achse.station.buses.frame_link import FrameLink
 from achse.station.buses.redundant_link import RedundantLink
 from achse.transport.ethernet import LinkError
 
-__all__ = ["BusSocket", "InterfacePair"]
-
-
 _AGAIN_NS = 5_000_000
 """Until an interface that is not there is tried again: with its link the ring is closed, and what
 comes back there is lost as long as nobody listens."""

@@ -21,8 +21,6 @@ from achse.native.memory import Rows
 from achse.station.buses.ethercat_bus import EthercatBus
 from achse.station.buses.whole_cycle import KERNEL, STRAND
 
-__all__ = ["KernelCycles"]
-
 
 class KernelCycles:
     """Does cycles of an NC and its only bus, if that is possible now."""

@@ -28,17 +28,6 @@ from achse.station.buses.virtual_drives import make_drives
 from achse.station.configuration.bus import BusConfig, DriveConfig
 from achse.station.configuration.terminal import TerminalConfig
 
-__all__ = [
-    "DEFAULT_INPUTS",
-    "DEFAULT_OUTPUTS",
-    "BusPlan",
-    "BusSlot",
-    "TerminalDevice",
-    "described_terminal",
-    "make_terminal",
-    "slave_configuration",
-]
-
 DEFAULT_OUTPUTS = (0x6040, 0x6060, 0x6071, 0x607A, 0x60B8, 0x60FF)
 DEFAULT_INPUTS = (0x6041, 0x6061, 0x6064, 0x6077, 0x60B9, 0x60BA, 0x60BB, 0x60FD)
 """Process data by which an axis has all modes, both edges of touch probe 1 and the inputs."""

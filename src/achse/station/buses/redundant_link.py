@@ -7,8 +7,6 @@ from collections.abc import Callable
 from achse.ethercat.master.redundancy import SURE, Redundancy
 from achse.station.buses.frame_link import FrameLink
 
-__all__ = ["RedundantLink"]
-
 _INDEX_AT = 17
 """Of the first datagram, which is that of the frame."""
 _TURN_S = 0.00005

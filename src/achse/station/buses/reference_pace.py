@@ -7,8 +7,6 @@ multiple of the cycle, whatever the computer's clock does.
 Source: "master follows the reference clock", as masters in software do it.
 """
 
-__all__ = ["ReferencePace"]
-
 _GAIN, _RESET = 16, 1024
 """Divisors: a deviation is halved in some ten cycles, a drift is learned in some hundred."""
 _SPAN = 32

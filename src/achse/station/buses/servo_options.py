@@ -6,8 +6,6 @@ from typing import Protocol
 from achse.motion.servo import ServoMode, ServoOptions
 from achse.motion.servo.optional import ALL_PARTS, DriveParts
 
-__all__ = ["ServoKeys", "servo_options"]
-
 _BANDWIDTH = 0.03
 """Of the velocity loop of cst, as a share of the frequency of the cycle."""
 

@@ -14,8 +14,6 @@ from achse.station.configuration.bus import DriveConfig, DriveMachineConfig
 if TYPE_CHECKING:
     from achse.drive.compiled import Bank
 
-__all__ = ["digest_of", "make_drives", "mapping_of", "torque_per_acceleration"]
-
 _ENCODERS = {
     "incremental": EncoderKind.INCREMENTAL,
     "single_turn": EncoderKind.SINGLE_TURN,

@@ -21,8 +21,6 @@ from achse.motion.servo.record import SERVO, Servo
 from achse.native.compiled import Kernel
 from achse.native.declare import Slot, lay_out
 
-__all__ = ["KERNEL", "STRAND", "Strand", "whole_cycles"]
-
 _WORDS = LAYOUT.words
 
 

@@ -6,8 +6,6 @@ from collections.abc import Callable
 
 from achse.station.clocks.cycle import Cycle, Phase, PhasePlace
 
-__all__ = ["Agenda"]
-
 
 class Agenda(Phase):
     """Actions, each at its time; faults begin and end so."""

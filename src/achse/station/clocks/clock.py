@@ -10,8 +10,6 @@ from collections.abc import Callable
 
 from achse.station.clocks.cycle import Cycle
 
-__all__ = ["StationClock"]
-
 _TOLERANCE_NS = 1_000_000
 """Moves of the mapping below this in all are not worth an entry of its history."""
 

@@ -10,9 +10,6 @@ from collections.abc import Callable, Iterable
 from enum import IntEnum
 from operator import attrgetter
 
-__all__ = ["IDLE_TICK_NS", "Cycle", "CyclicPhase", "Phase", "PhasePlace"]
-
-
 IDLE_TICK_NS = 1_000_000
 """Tick of a station without any task."""
 

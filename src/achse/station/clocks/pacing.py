@@ -17,8 +17,6 @@ from achse.motion import Nc
 from achse.station.clocks.clock import StationClock
 from achse.station.clocks.wake_timer import WakeTimer
 
-__all__ = ["STEP_BOUNDS_NS", "NcTask", "Pace", "Pacer", "run_unpaced"]
-
 log = logging.getLogger("achse.pacing")
 
 REBASE_NS = 1_000_000_000

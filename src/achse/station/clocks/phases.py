@@ -11,8 +11,6 @@ from achse.server.ahead import SamplesAhead
 from achse.station.clocks.cycle import CyclicPhase, Phase, PhasePlace
 from achse.station.clocks.pacing import NcTask, Pace
 
-__all__ = ["ChangePhase", "NcPhase", "NotificationPhase", "PlcLinks", "PlcPhase", "upkeep"]
-
 _SWEEP_NS = 1_000_000_000
 """Approximate interval at which devices look for clients that are gone: a whole number of ticks."""
 

@@ -15,16 +15,6 @@ import sys
 import time
 from typing import Protocol
 
-__all__ = [
-    "DRIVE_PRIORITY",
-    "MASTER_PRIORITY",
-    "OrdinaryProcess",
-    "StarvationGuard",
-    "Witness",
-    "answer_promptly",
-    "run_first",
-]
-
 log = logging.getLogger("achse.drive")
 
 DRIVE_PRIORITY = 50

@@ -8,8 +8,6 @@ import ctypes
 import os
 import sys
 
-__all__ = ["WakeTimer"]
-
 _MONOTONIC, _ABSOLUTE = 1, 1
 
 

@@ -9,8 +9,6 @@ from pydantic import Field, model_validator
 from achse.station.configuration.broker import BrokerConfig
 from achse.station.configuration.types import ConfiguredNetId, DurationNs
 
-__all__ = ["BridgeConfig"]
-
 
 class BridgeConfig(BrokerConfig):
     """[[bridge]]: symbols of a device as topics of a broker (extra `mqtt`), JSON and retained."""

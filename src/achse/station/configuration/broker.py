@@ -8,8 +8,6 @@ from achse.ams.secure import pre_shared_key
 from achse.station.configuration.types import ConfigTable
 from achse.transport.mqtt.network import MqttSettings, MqttTls
 
-__all__ = ["BrokerConfig", "MqttTlsConfig"]
-
 
 class MqttTlsConfig(ConfigTable):
     """[mqtt.tls]: TLS to the broker. Files (PEM) are relative to the station.toml."""

@@ -16,14 +16,6 @@ from achse.motion.servo.optional import (
 )
 from achse.station.configuration.types import ConfigTable, DeviceName, DurationNs
 
-__all__ = [
-    "BusConfig",
-    "DriveConfig",
-    "DriveHomingConfig",
-    "DriveMachineConfig",
-    "StartCommandConfig",
-]
-
 _LONGEST_PDO = 8
 """Objects in a PDO, as the drives of 001 have it."""
 

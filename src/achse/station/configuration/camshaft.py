@@ -10,8 +10,6 @@ from achse.camshaft.parameters import CAM_PARAMETERS, CAMS, CONTROLLER_PARAMETER
 from achse.iec.nearest import did_you_mean
 from achse.station.configuration.types import ConfigTable, DeviceName, DurationNs
 
-__all__ = ["CamConfig", "CamshaftConfig"]
-
 _ENCODER = CamEncoder()
 _PARTS = {"encoder", "inputs", "outputs", "tracks", *(f"cam{n}" for n in range(1, CAMS + 1))}
 """First parts of the other symbols of a controller."""

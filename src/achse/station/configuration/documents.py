@@ -11,8 +11,6 @@ import tomllib
 from pathlib import Path
 from typing import Any
 
-__all__ = ["DEEPEST", "check_depth", "check_file", "parse_json", "parse_toml"]
-
 DEEPEST = 64
 """Tables within tables, lists within lists; what we read needs five."""
 

@@ -8,8 +8,6 @@ from pydantic import Field, FiniteFloat, model_validator
 from achse.motion.servo import ServoMode
 from achse.station.configuration.types import ConfigTable, DurationNs
 
-__all__ = ["FmuAxisConfig", "FmuConfig"]
-
 _Positive = Annotated[FiniteFloat, Field(gt=0)]
 _Factor = Annotated[FiniteFloat, Field(gt=-1e12, lt=1e12)]
 _NAME = r"^[A-Za-z_][A-Za-z0-9_]*$"

@@ -18,8 +18,6 @@ from achse.motion.groups.states import (
 )
 from achse.station.configuration.types import ConfigTable, DeviceName, DurationNs
 
-__all__ = ["ChannelConfig", "GroupConfig", "MFunctionConfig"]
-
 _CHANNELS = {
     "interpreter": ChannelType.INTERPRETER,
     "fifo": ChannelType.FIFO,

@@ -6,8 +6,6 @@ from pydantic import Field
 
 from achse.station.configuration.types import ConfigTable
 
-__all__ = ["MetricsConfig", "PagesConfig", "WebConfig"]
-
 
 class PagesConfig(ConfigTable):
     """[web] of a router.toml: the router in the browser at `http://host:port/` (extra `web`)."""

@@ -11,8 +11,6 @@ from achse.server import ClientLimits
 from achse.station.configuration.network import ConnectionLimitsConfig
 from achse.station.configuration.types import DurationNs
 
-__all__ = ["LimitsConfig"]
-
 _DEVICE_LIMITS = {each.name: each for each in fields(ClientLimits) if "minimum" in each.metadata}
 
 

@@ -8,8 +8,6 @@ from pydantic import model_validator
 
 from achse.station.configuration.types import ConfigTable
 
-__all__ = ["ModbusConfig"]
-
 _PLACE = re.compile(r"(?P<host>[^:\s]+)(?::(?P<port>\d{1,5}))?")
 
 

@@ -16,8 +16,6 @@ from achse.station.configuration.documents import check_file
 from achse.station.configuration.types import ConfigError
 from achse.transport.mqtt.network import MqttError, MqttSettings, MqttTls
 
-__all__ = ["MqttConfig", "parse_mqtt_file"]
-
 log = logging.getLogger("achse.station")
 
 _LONGEST_FILE = 1024 * 1024

@@ -22,14 +22,6 @@ from achse.station.configuration.types import (
 from achse.transport.connections.held import DEFAULT_MAX_HELD
 from achse.transport.serial.port import Parity, SerialPort
 
-__all__ = [
-    "ConnectionLimitsConfig",
-    "NetworkConfig",
-    "RouteConfig",
-    "RouterConfig",
-    "SerialConfig",
-]
-
 _ANY_CASE = frozenset({"axis.name", "route.name"})
 """Names of which the case does not count."""
 

@@ -7,8 +7,6 @@ from pydantic import Field, model_validator
 
 from achse.station.configuration.types import ConfigTable, DurationNs
 
-__all__ = ["PlcConfig", "TaskConfig"]
-
 
 class TaskConfig(ConfigTable):
     """[[plc.task]]: programs called in order, once per cycle."""

@@ -23,8 +23,6 @@ from achse.station.configuration.station_file import (
 )
 from achse.station.configuration.types import ConfigTable
 
-__all__ = ["descriptions_of", "station_schema"]
-
 _DRAFT = "http://json-schema.org/draft-07/schema#"
 """JSON schema draft that editors of TOML support."""
 

@@ -9,8 +9,6 @@ from achse.devices.scope import ScopeLimits
 from achse.scope import ScopeDefinition, definition_of
 from achse.station.configuration.types import ConfigTable, DurationNs
 
-__all__ = ["ScopeChannelConfig", "ScopeConfig", "ScopeViewConfig"]
-
 _LIMITS = ScopeLimits()
 
 

@@ -10,8 +10,6 @@ from achse.router.routes import RouteTls, TlsKind
 from achse.station.configuration.types import ConfigTable
 from achse.transport.secure.tls import HAS_PSK
 
-__all__ = ["RouteTlsConfig", "SecureConfig"]
-
 
 class SecureConfig(ConfigTable):
     """[secure]: Secure ADS (extra `secure`), where [router] has `listen`, or a route has `tls`."""

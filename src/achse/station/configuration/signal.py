@@ -6,21 +6,6 @@ from pydantic import Field, FiniteFloat, model_validator
 
 from achse.station.configuration.types import ConfigTable, DurationNs
 
-__all__ = [
-    "SIGNAL_KINDS",
-    "CounterSignal",
-    "CsvSignal",
-    "ExpressionSignal",
-    "NoiseSignal",
-    "PeriodicSignal",
-    "RampSignal",
-    "SignalConfig",
-    "SignalSection",
-    "SineSignal",
-    "SquareSignal",
-    "TriangleSignal",
-]
-
 
 class SignalSection(ConfigTable):
     """Keys of every signal."""

@@ -30,8 +30,6 @@ from achse.st.lexis.source import SourceError
 from achse.st.lexis.xml import Element, parse_xml
 from achse.station.configuration.types import STATION_FILE, ConfigError
 
-__all__ = ["PARAMETERS", "AxisPara", "is_project", "project_document"]
-
 log = logging.getLogger("achse.station")
 
 _SKIPPED = ("DataTypes", "Io", "Mappings", "Vars", "Image", "ImageDatas", "TaskPou", "Instance")

@@ -21,9 +21,6 @@ from achse.station.configuration.limits import LimitsConfig
 from achse.station.configuration.modbus import ModbusConfig
 from achse.station.configuration.network import (
     NetworkConfig,
-    RouteConfig,
-    RouterConfig,
-    SerialConfig,
 )
 from achse.station.configuration.plc import PlcConfig
 from achse.station.configuration.scope import ScopeConfig
@@ -37,23 +34,6 @@ from achse.station.configuration.types import (
     MomentNs,
 )
 from achse.station.configuration.validation import document_of, validated
-
-__all__ = [
-    "AxisConfig",
-    "ConfigError",
-    "FaultConfig",
-    "LimitsConfig",
-    "NcConfig",
-    "RouteConfig",
-    "RouterConfig",
-    "SerialConfig",
-    "StationConfig",
-    "SystemConfig",
-    "TableConfig",
-    "axis_keys",
-    "load",
-    "parse",
-]
 
 
 class SystemConfig(ConfigTable):

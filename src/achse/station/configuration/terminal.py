@@ -9,8 +9,6 @@ from pydantic import Field, model_validator
 
 from achse.station.configuration.types import ConfigTable
 
-__all__ = ["TerminalConfig"]
-
 _DIGITAL, _ANALOG = 64, 8
 _LAST_ADDRESS = 0xFFFF
 

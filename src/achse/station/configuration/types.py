@@ -19,21 +19,6 @@ from pydantic import (
 from achse.ams import NetId
 from achse.router.access import PasswordHash
 
-__all__ = [
-    "ALL_RIGHT_NAMES",
-    "STATION_FILE",
-    "ConfigError",
-    "ConfigTable",
-    "ConfiguredHash",
-    "ConfiguredNetId",
-    "ConfiguredRights",
-    "DeviceName",
-    "DurationNs",
-    "MomentNs",
-    "without_plugins",
-]
-
-
 STATION_FILE = "station.toml"
 """Name of the file that a folder of a station has."""
 

@@ -13,8 +13,6 @@ from achse.station.configuration.types import ConfigError, without_plugins
 if TYPE_CHECKING:
     from pydantic_core import ErrorDetails
 
-__all__ = ["document_of", "validated"]
-
 Table = TypeVar("Table", bound=BaseModel)
 
 _FEW_KEYS = 12

@@ -6,8 +6,6 @@ import os
 from pathlib import Path
 from typing import Protocol
 
-__all__ = ["DISK", "FilePort", "sync_folder"]
-
 
 class FilePort(Protocol):
     """The part of a file system that a snapshot file uses. Each method raises OSError."""

@@ -9,7 +9,8 @@ from achse.motion import Nc
 from achse.motion.retained import RetainedState
 from achse.plc import PlcRuntime
 from achse.plc.retention.remains import inherit_variables
-from achse.station.configuration.station_file import ConfigError, StationConfig
+from achse.station.configuration.station_file import StationConfig
+from achse.station.configuration.types import ConfigError
 from achse.station.persistence.file_port import DISK, FilePort
 from achse.station.persistence.persistent_image import (
     PersistentImage,
@@ -22,8 +23,6 @@ from achse.station.persistence.persistent_image import (
 from achse.station.persistence.snapshot_file import SnapshotFile
 from achse.station.persistence.snapshots import Snapshots
 from achse.station.persistence.state_file import StateFile
-
-__all__ = ["PersistentData"]
 
 log = logging.getLogger("achse.station")
 

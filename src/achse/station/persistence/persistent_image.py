@@ -13,18 +13,8 @@ from typing import Any
 from achse.motion import Nc
 from achse.motion.retained import RetainedState
 from achse.plc import PlcRuntime
-from achse.plc.retention.remains import KeptVariable, Lead
-from achse.plc.retention.retained import RetainedLayout
+from achse.plc.retention.retained import KeptVariable, Lead, RetainedLayout
 from achse.station.configuration.documents import parse_json
-
-__all__ = [
-    "PersistentImage",
-    "PersistentLayout",
-    "PersistentValues",
-    "number",
-    "parse_variables",
-    "show_variables",
-]
 
 _FARTHEST = 1e15
 """Largest position that is exact."""

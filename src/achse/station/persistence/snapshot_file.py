@@ -13,8 +13,6 @@ from typing import NamedTuple
 
 from achse.station.persistence.file_port import DISK, FilePort
 
-__all__ = ["Snapshot", "SnapshotFile", "SnapshotFileError"]
-
 _MAGIC = b"achse\x00s1"
 _HEADER = struct.Struct("<8sQQ16s")
 """Magic, bytes of the layout, bytes of a snapshot, digest of these and the layout."""

@@ -14,8 +14,6 @@ from collections.abc import Awaitable, Callable
 from achse.station.persistence.persistent_image import PersistentImage, PersistentLayout
 from achse.station.persistence.snapshot_file import Snapshot, SnapshotFile
 
-__all__ = ["Snapshots"]
-
 _SHARE = 20
 """Taking images costs the loop at most one part in so many of its time."""
 _PAUSE_S = 1.0

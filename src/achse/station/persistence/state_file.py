@@ -8,8 +8,6 @@ from typing import Any
 from achse.station.configuration.documents import parse_json
 from achse.station.persistence.file_port import DISK, FilePort
 
-__all__ = ["StateFile"]
-
 
 class StateFile:
     """The file at `path`, in UTF-8. Readers see the old text or the new one, no part."""

@@ -14,8 +14,6 @@ from pathlib import Path, PurePosixPath
 from achse.station.plants.description import UnitDescription, read_description
 from achse.station.plants.errors import PlantError
 
-__all__ = ["UnitArchive"]
-
 _MOST_FILES = 100_000
 _MOST_BYTES = 1 << 31
 _LONGEST_DESCRIPTION = 1 << 26

@@ -14,8 +14,6 @@ from achse.motion.servo import ProcessEntry, ServoLink, ServoMode, ServoOptions,
 from achse.station.configuration.fmu import FmuAxisConfig
 from achse.station.plants.plant import Plant
 
-__all__ = ["AxisPort", "PlantAxis", "statusword"]
-
 _INPUTS = struct.Struct("<Hibi")
 _INPUT_OBJECTS = ((0x6041, 0, 2), (0x6064, 2, 4), (0x6061, 6, 1), (0x606C, 7, 4))
 _OUTPUTS = struct.Struct("<Hbhii")

@@ -12,8 +12,6 @@ from xml.parsers import expat
 from achse.iec.nearest import did_you_mean
 from achse.station.plants.errors import PlantError
 
-__all__ = ["PlantVariable", "UnitDescription", "read_description"]
-
 _IDENTIFIER = re.compile(r"[A-Za-z_]\w*", re.ASCII)
 _MOST_VARIABLES = 1_000_000
 _DEEPEST = 100

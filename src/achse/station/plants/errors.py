@@ -1,7 +1,5 @@
 """Errors of plants."""
 
-__all__ = ["PlantError"]
-
 
 class PlantError(Exception):
     """A unit that cannot be read or started, or that has failed: the sentence says why."""

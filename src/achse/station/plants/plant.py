@@ -9,8 +9,6 @@ from achse.station.plants.description import PlantVariable
 from achse.station.plants.errors import PlantError
 from achse.station.plants.process import UnitProcess, Value
 
-__all__ = ["Plant"]
-
 log = logging.getLogger("achse.station")
 
 

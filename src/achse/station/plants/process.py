@@ -20,8 +20,6 @@ from achse.station.plants.description import PlantVariable, UnitDescription
 from achse.station.plants.errors import PlantError
 from achse.station.plants.worker import STEP, receive, transmit
 
-__all__ = ["UnitProcess"]
-
 _OPEN, _STEP = 0, 1
 _FAILED = 1
 _SHOWN = 2000

@@ -19,8 +19,6 @@ from collections import deque
 from collections.abc import Callable, Sequence
 from typing import Any, NoReturn
 
-__all__ = ["HEADER", "STEP", "UnitRunner", "main", "receive", "serve", "transmit"]
-
 HEADER = struct.Struct("<BI")
 """Kind of a message, bytes that follow."""
 

@@ -18,13 +18,12 @@ from achse.motion.readout.cyclic_image import AxisImages, images_of
 from achse.plc import Area, PlcRuntime, PlcState
 from achse.plc.memory import Region
 from achse.plc.program import PlacedVariable
-from achse.station.configuration.station_file import AxisConfig, ConfigError
+from achse.station.configuration.station_file import AxisConfig
+from achse.station.configuration.types import ConfigError
 from achse.station.plcs.placed_structures import find_place, placed_structures
 
 if TYPE_CHECKING:
     from achse.st.files.solution import AxisMapping
-
-__all__ = ["AxisLinks", "AxisVariable", "axis_variables", "link_axes"]
 
 _TO_PLC, _FROM_PLC = "NCTOPLC_", "PLCTONC_"
 _AXIS_TYPES = ("AXIS_REF", "AXLESTRUCT", "AXLESTRUCT2")

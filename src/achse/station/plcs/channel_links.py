@@ -27,10 +27,8 @@ from achse.plc import Area, PlcRuntime, PlcState
 from achse.plc.memory import Region
 from achse.plc.program import PlacedVariable
 from achse.station.configuration.group import ChannelConfig
-from achse.station.configuration.station_file import ConfigError
+from achse.station.configuration.types import ConfigError
 from achse.station.plcs.placed_structures import find_place, placed_structures
-
-__all__ = ["ChannelLinks", "ChannelVariable", "channel_variables", "link_channels"]
 
 _TO_PLC = ("NCTOPLC_NCICHANNEL_REF", "NCTOPLC_CHANNELSTRUCT", "NCICHANNELTOPLC")
 _FROM_PLC = ("PLCTONC_NCICHANNEL_REF", "PLCTONC_CHANNELSTRUCT", "NCICHANNELFROMPLC")

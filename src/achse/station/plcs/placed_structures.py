@@ -9,9 +9,7 @@ from achse.iec import ArrayType, IecType, StructType, resolved
 from achse.iec.nearest import did_you_mean
 from achse.plc import Area, PlcRuntime
 from achse.plc.program import PlacedVariable
-from achse.station.configuration.station_file import ConfigError
-
-__all__ = ["NamedPlace", "PlacedStructure", "find_place", "placed_structures"]
+from achse.station.configuration.types import ConfigError
 
 _PLACE = re.compile(r"%([IQ])B(\d{1,9})", re.IGNORECASE)
 _AREAS = {"i": Area.INPUT, "q": Area.OUTPUT}

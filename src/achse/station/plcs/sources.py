@@ -33,8 +33,6 @@ if TYPE_CHECKING:
     from achse.st.missing import MissingLibrary
     from achse.st.reach import Reach
 
-__all__ = ["PlcSource"]
-
 _SHOWN_FAULTS = 20
 _SHOWN_FILES = 5
 

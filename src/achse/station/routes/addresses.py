@@ -13,8 +13,6 @@ from achse.router import LOOPBACK_NET_ID
 from achse.station.configuration.types import ConfigError
 from achse.transport.own_address import address_for_others
 
-__all__ = ["check_own_address", "is_reachable_from_outside", "net_id_at"]
-
 
 def net_id_at(host: str) -> NetId:
     """Return the NetId of a station that listens at `host`: name, address, "" or 0.0.0.0 for all.

@@ -11,8 +11,6 @@ from achse.transport.secure.channel import Credentials
 from achse.transport.secure.own_certificate import CertificateError, OwnCertificate
 from achse.transport.secure.tls import ClientTls, ServerTls, TlsError
 
-__all__ = ["StationIdentity"]
-
 
 class StationIdentity:
     """Identity of a station on Secure ADS; its certificate is read, or made, when it is first

@@ -32,8 +32,6 @@ if TYPE_CHECKING:
     from achse.transport.mqtt.routes import MqttRoutes
     from achse.transport.secure.listener import SecureListener
 
-__all__ = ["Network", "host_system"]
-
 log = logging.getLogger("achse.station")
 
 _JOINED_WITHIN = 2.0

@@ -12,8 +12,6 @@ from achse.station.configuration.network import NetworkConfig
 from achse.station.configuration.types import ConfigError
 from achse.station.persistence.state_file import StateFile
 
-__all__ = ["RouteFile"]
-
 log = logging.getLogger("achse.station")
 
 

@@ -19,8 +19,6 @@ from achse.router import Router
 from achse.station.configuration.bridge import BridgeConfig
 from achse.transport.mqtt.network import Session, is_broker_failure, mqtt_session
 
-__all__ = ["SymbolTopics"]
-
 log = logging.getLogger("achse.bridge")
 
 _FIRST_PAUSE, _LONGEST_PAUSE = 0.1, 5.0

@@ -7,8 +7,6 @@ import gc
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-__all__ = ["collect_remains", "seldom_collected"]
-
 _YOUNG = 700
 """New objects until Python searches the young ones for garbage, its own default."""
 

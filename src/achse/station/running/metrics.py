@@ -6,8 +6,6 @@ from typing import Any
 from achse.station.clocks.pacing import STEP_BOUNDS_NS, Pace
 from achse.station.running.metrics_port import Figure, Figures, families, labelled_families
 
-__all__ = ["station_families"]
-
 _FIGURES = (
     Figure("station_seconds", "time", "Station time."),
     Figure("tick_seconds", "tick", "Length of the station's cycle."),

@@ -13,8 +13,6 @@ from achse.extras import needs_extra
 from achse.station.configuration.http import MetricsConfig
 from achse.station.configuration.types import ConfigError
 
-__all__ = ["Figure", "Figures", "MetricsPort", "families", "labelled_families"]
-
 log = logging.getLogger("achse.station")
 
 _WAIT = 2.0

@@ -27,8 +27,6 @@ from achse.transport.tcp.listener import TcpListener
 if TYPE_CHECKING:
     from achse.station.buses.interface_bus import InterfaceBus
 
-__all__ = ["Operation", "RunningStation", "any_client_may"]
-
 log = logging.getLogger("achse.station")
 
 _STRETCH = 64

@@ -8,8 +8,6 @@ from achse.ams import DeviceError
 from achse.codes import ReturnCode
 from achse.server.deferred import Answer, Deferred
 
-__all__ = ["LONGEST_RUN_NS", "MAX_WAITING", "StateRequests"]
-
 LONGEST_RUN_NS = 1_000_000_000
 """A station runs as long as its restart took before a client stops it again, but no longer than
 this: clients wait for an answer that long."""

@@ -27,8 +27,6 @@ from achse.station.persistence.persistent_image import PersistentImage
 from achse.station.running.collection import collect_remains
 from achse.station.running.state_requests import StateRequests
 
-__all__ = ["StationStates"]
-
 log = logging.getLogger("achse.station")
 
 

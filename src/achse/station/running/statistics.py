@@ -15,8 +15,6 @@ if TYPE_CHECKING:
     from achse.station.buses.ethercat_bus import EthercatBus
     from achse.station.buses.interface_bus import InterfaceBus
 
-__all__ = ["CountedStation", "statistics"]
-
 
 class CountedStation(Protocol):
     """Interface of the station to its statistics."""

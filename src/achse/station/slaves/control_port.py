@@ -3,14 +3,12 @@
 import asyncio
 
 from achse.ams import NetId
+from achse.codes.station import SERVICE_PORT
 from achse.devices.slave_service import SlaveService
-from achse.devices.station import SERVICE_PORT
 from achse.ethercat import Segment
 from achse.faults.drive_list import DriveFaults
 from achse.router import Router
 from achse.transport.tcp.listener import TcpListener
-
-__all__ = ["ControlPort"]
 
 _NET_ID = NetId("127.0.0.1.1.1")
 

@@ -8,8 +8,6 @@ from achse.ethercat.master.esi_reader import EsiDevice, EsiError
 from achse.ethercat.virtual import EsiFolder, SlaveBehaviour, VirtualSlave, make_slave
 from achse.station.buses.esi_terminals import esi_devices, make_behaviour
 
-__all__ = ["EsiLine"]
-
 _MOST = 1000
 """Slaves of one line; beyond that station addresses and frames get short."""
 _SPEC = re.compile(r"(?P<type>[^=*]+)(?:=(?P<modules>[^*]+))?(?:\*(?P<count>[0-9]{1,18}))?")

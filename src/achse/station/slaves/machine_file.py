@@ -14,8 +14,6 @@ from achse.drive.machine import MACHINES, MachineError, Mechanics
 from achse.iec.nearest import did_you_mean
 from achse.station.configuration.documents import parse_toml
 
-__all__ = ["MachineFileError", "machines_of", "read_machines"]
-
 R = TypeVar("R")
 
 

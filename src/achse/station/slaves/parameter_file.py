@@ -7,8 +7,6 @@ from achse.codes import DataType, SdoAbort
 from achse.drive.objects import find
 from achse.station.persistence.state_file import StateFile
 
-__all__ = ["ParameterFile", "ParameterFileError"]
-
 Number = int | float
 
 

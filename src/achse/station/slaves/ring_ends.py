@@ -8,8 +8,6 @@ from typing import Protocol
 from achse.ethercat.ring_segment import RingSegment
 from achse.transport.ethernet import Answer
 
-__all__ = ["Plug", "RingEnd", "RingEnds"]
-
 _BREATH_S = 0.001
 """A link that fails again and again does not keep the processor busy."""
 

@@ -9,10 +9,6 @@ from achse.transport.ethernet import Answer, Link, UdpLink
 if TYPE_CHECKING:
     from achse.ethercat import Segment
 
-__all__ = [
-    "serve_segment",
-]
-
 _IDLE_S = 0.005
 """Without frames, time passes in steps of this length."""
 

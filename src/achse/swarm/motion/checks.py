@@ -5,10 +5,8 @@ Each gets what was seen of an axis, and returns True if its invariant does not h
 Kernel source, in the language of `achse.native`.
 """
 
-from achse.motion.states import MotionPhase
+from achse.codes.nc.choices import MotionPhase
 from achse.swarm.motion.step import MotionStep
-
-__all__ = ["CHECKS", "NAMES", "describe"]
 
 _MORE = 1.0 + 1e-6
 """Rounding of the planner and of the bound."""

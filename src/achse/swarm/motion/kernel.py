@@ -18,8 +18,6 @@ from achse.native.memory import Rows, structure_of
 from achse.swarm.motion.checks import CHECKS
 from achse.swarm.motion.step import STEP, MotionStep, look
 
-__all__ = ["ACTIVE", "AxesUnderWatch", "StepRows", "WrongSetPoint", "cycles_under_watch", "watch"]
-
 ACTIVE = 1
 """WrongSetPoint on axes of which one moves or waits; 0: all rest."""
 

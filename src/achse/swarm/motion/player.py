@@ -21,8 +21,6 @@ from achse.swarm.outcome import BrokenInvariant, WorldOutcome
 from achse.swarm.track import Track
 from achse.swarm.worlds.world import Act, World
 
-__all__ = ["MotionPlayer"]
-
 _CODES = frozenset(map(int, NcError)) | {0x4FFF}
 """Codes of the table, and the one that operators set."""
 

@@ -9,14 +9,13 @@ Kernel source, in the language of `achse.native`.
 from math import nan
 
 from achse.codes import NcError
+from achse.codes.nc.choices import MotionPhase
 from achse.motion.couplings.flying_saws.approach import BY_POSITION, INACTIVE
 from achse.motion.fields.coupling import COUPLING_PARAMETERS, MASTERS
 from achse.motion.record import AxisFields
 from achse.motion.rows import NcRows
-from achse.motion.states import MotionPhase, SynchronisingBit
+from achse.motion.states import SynchronisingBit
 from achse.native.declare import Slot, lay_out
-
-__all__ = ["STEP", "MotionStep", "look", "set_limits"]
 
 _ROUGH = (
     MotionPhase.EXTERNAL.value,

@@ -17,8 +17,6 @@ from achse.swarm.motion.kernel import ACTIVE, AxesUnderWatch, WrongSetPoint
 from achse.swarm.motion.step import set_limits
 from achse.swarm.worlds.world import DrawnAxis, DrawnChannel
 
-__all__ = ["MotionWatch", "axes_under_watch", "reason_of"]
-
 _AWAKE_NS = 500_000_000
 """Time for which it looks at each cycle after a request."""
 

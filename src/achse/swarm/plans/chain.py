@@ -5,19 +5,19 @@ Kernel source, in the language of `achse.native`.
 
 from math import floor, sqrt
 
+from achse.codes.axis import BufferMode, StartType
+from achse.codes.nc.choices import MotionPhase
+from achse.motion.fields.setpoint import COMMAND_BUFFER
 from achse.motion.profiles.profile import stopping_distance
-from achse.motion.record import COMMAND_BUFFER, AxisFields, JobFields
+from achse.motion.record import AxisFields, JobFields
 from achse.motion.setpoints.dynamics import STEEPEST, fastest, fault_deceleration, fault_jerk
 from achse.motion.setpoints.jobs import set_request
 from achse.motion.setpoints.limits import adapt_limits
 from achse.motion.setpoints.planning import follow_override
 from achse.motion.setpoints.setpoint import begin_job, begin_stop, drop_job
 from achse.motion.setpoints.targets import look_ahead
-from achse.motion.states import BufferMode, MotionPhase, StartType
 from achse.swarm.plans.judge import JudgedPlan
 from achse.swarm.plans.numbers import Draws, chance, decades, draw, one_of, uniform
-
-__all__ = ["command", "draw_axis", "expect"]
 
 _FULL = 1_000_000
 _SLOWEST = 1e-6

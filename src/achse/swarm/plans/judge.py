@@ -6,13 +6,12 @@ means of its ends, extremes lie where acceleration or velocity are 0.
 Kernel source, in the language of `achse.native`.
 """
 
-from achse.motion.record import SEGMENTS, AxisFields
+from achse.codes.nc.choices import MotionPhase
+from achse.motion.fields.setpoint import SEGMENTS
+from achse.motion.record import AxisFields
 from achse.motion.setpoints.dynamics import STEEPEST
 from achse.motion.setpoints.planning import TO_CONSTANT_VELOCITY, TO_LIMIT, TO_PAUSE, TO_TARGET
-from achse.motion.states import MotionPhase
 from achse.native.declare import Slot, lay_out
-
-__all__ = ["PLAN", "VERDICTS", "JudgedPlan", "judge", "lose", "walk"]
 
 VERDICTS = (
     "holds", "refused", "time", "jerk", "velocity", "acceleration", "reversal", "stop", "end",

@@ -26,9 +26,6 @@ from achse.swarm.plans.judge import (
 )
 from achse.swarm.plans.numbers import DRAWS, Draws, begin_draws, chance, decades, draw, one_of
 
-__all__ = ["CHAINS", "RUN", "ChainRun", "RunRows", "play_chains"]
-
-
 _LEAST_TIME = 1e-9
 """Time in which an axis at rest on a border passes it."""
 

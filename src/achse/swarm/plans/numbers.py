@@ -8,8 +8,6 @@ from math import exp
 
 from achse.native.declare import Slot, lay_out
 
-__all__ = ["DRAWS", "Draws", "begin_draws", "chance", "decades", "draw", "one_of", "uniform"]
-
 _WORD = 0xFFFFFFFF
 _PART = 1.0 / 4294967296.0
 _LN_10 = 2.302585092994046

@@ -11,8 +11,6 @@ from achse.swarm.outcome import BrokenInvariant, WorldOutcome
 from achse.swarm.plans.judge import VERDICTS
 from achse.swarm.plans.kernel import CHAINS, RUN, RunRows
 
-__all__ = ["CHAINS_OF_A_SEED", "MOVES_OF_A_CHAIN", "PlanPlayer", "play_chain", "play_plans"]
-
 CHAINS_OF_A_SEED = 20_000
 """Axes of a seed; some million of its moves take a second of machine code."""
 

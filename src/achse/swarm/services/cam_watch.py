@@ -7,8 +7,6 @@ from achse.devices.camshaft import CamshaftDevice
 from achse.station import Station
 from achse.station.clocks.cycle import Phase, PhasePlace
 
-__all__ = ["CamWatch", "switched"]
-
 _ALL = 0xFFFF_FFFF
 _EDGE = 1e-7
 """Angle in degrees next to which a cam may switch either way: rounding of the position."""

@@ -7,8 +7,6 @@ from typing import Any
 from achse.swarm.worlds.draws import Stream
 from achse.swarm.worlds.world import DrawnAxis, World
 
-__all__ = ["HOST", "NET_ID", "net_id_of", "with_services"]
-
 NET_ID = "10.200.1.1.1.1"
 """NetId of the station of a world."""
 

@@ -12,8 +12,6 @@ from achse.codes.groups import ReservedGroup
 from achse.swarm.services.drawing import net_id_of
 from achse.swarm.worlds.world import World
 
-__all__ = ["ClientRights", "may_write", "rights_of"]
-
 _BY_COMMAND: Mapping[int, str] = {
     Command.READ_DEVICE_INFO: "read",
     Command.READ: "read",

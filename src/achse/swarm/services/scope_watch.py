@@ -9,8 +9,6 @@ from achse.station import Station
 from achse.station.building.scope import StationScope
 from achse.station.clocks.cycle import Phase, PhasePlace
 
-__all__ = ["ScopeWatch"]
-
 _PORT = 500
 _RING_S = 0.5
 _COMPARED_NS = 250_000_000

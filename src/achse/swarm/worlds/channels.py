@@ -5,8 +5,6 @@ from collections.abc import Callable, Sequence
 from achse.swarm.worlds.draws import Stream
 from achse.swarm.worlds.world import Act, DrawnAxis, DrawnChannel
 
-__all__ = ["CHANNEL", "GROUP", "HANDSHAKE", "draw_channel", "draw_channel_acts", "program_file"]
-
 CHANNEL, GROUP = 1, 200
 """Ids of the channel and of its 3D group."""
 

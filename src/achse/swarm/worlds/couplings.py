@@ -7,8 +7,6 @@ from achse.codes.axis import StartType
 from achse.swarm.worlds.draws import Stream
 from achse.swarm.worlds.world import Act, DrawnAxis
 
-__all__ = ["draw_rare_motion"]
-
 _MASK = (0, 0, 0, 0x10000, 0x20000, 0x100000, 0x200000, 0x400000, 0x3F)
 """Control masks of a universal flying saw."""
 

@@ -7,7 +7,7 @@ draws more than before.
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from achse.motion.states import OverrideType
+from achse.codes.nc.choices import OverrideType
 from achse.swarm.services.drawing import with_services
 from achse.swarm.worlds.channels import draw_channel, draw_channel_acts
 from achse.swarm.worlds.couplings import draw_rare_motion
@@ -17,15 +17,6 @@ from achse.swarm.worlds.machine import with_drives
 from achse.swarm.worlds.operators import draw_motion
 from achse.swarm.worlds.program import draw_programs
 from achse.swarm.worlds.world import STATION, Act, DrawnAxis, DrawnClient, Program, World
-
-__all__ = [
-    "BEHAVIOURS",
-    "Behaviour",
-    "draw_axis",
-    "draw_cam",
-    "draw_surroundings",
-    "draw_world",
-]
 
 _SECOND = 1_000_000_000
 _FULL = 1_000_000

@@ -7,8 +7,6 @@ nothing of the others.
 import random
 from collections.abc import Iterator
 
-__all__ = ["SEEDS", "Stream", "moments"]
-
 SEEDS = 1 << 64
 """Number of seeds: 64 bits."""
 

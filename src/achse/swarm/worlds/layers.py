@@ -10,8 +10,6 @@ from achse.client.nc.services import CYCLIC, FUNCTIONS, PARAMETERS
 from achse.swarm.worlds.draws import Stream
 from achse.swarm.worlds.world import Act, DrawnAxis
 
-__all__ = ["LEAST_PART", "draw_layers", "layered"]
-
 LEAST_PART = 0.3
 """Least part of its dynamics that an axis gets by a new parameter."""
 

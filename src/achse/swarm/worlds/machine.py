@@ -8,8 +8,6 @@ from achse.drive import Alarm
 from achse.swarm.worlds.draws import Stream, moments
 from achse.swarm.worlds.world import STATION, Act, DrawnAxis, World
 
-__all__ = ["drive_axes", "with_drives"]
-
 _ALARMS = tuple(alarm.name for alarm in Alarm)
 
 _FAULTS = (

@@ -10,8 +10,6 @@ from achse.swarm.worlds.layers import LEAST_PART, draw_layers, layered
 from achse.swarm.worlds.operators import draw_motion
 from achse.swarm.worlds.world import Act, World
 
-__all__ = ["draw_motion_world"]
-
 _SECOND = 1_000_000_000
 _MOST_ACTS = 2000
 

@@ -7,8 +7,6 @@ from achse.codes.axis import BufferMode, StartType
 from achse.swarm.worlds.draws import Stream
 from achse.swarm.worlds.world import Act, DrawnAxis
 
-__all__ = ["draw_motion"]
-
 _POSITIONS = (
     StartType.ABSOLUTE, StartType.ABSOLUTE, StartType.RELATIVE, StartType.RELATIVE,
     StartType.ADDITIVE, StartType.MODULO_SHORTEST, StartType.MODULO_POSITIVE,

@@ -5,8 +5,6 @@ from collections.abc import Sequence
 from achse.swarm.worlds.draws import Stream
 from achse.swarm.worlds.world import Program
 
-__all__ = ["COUNTER", "SAVED", "TASK_NS", "draw_programs", "source_of", "symbols_of"]
-
 COUNTER = "MAIN.nCycle"
 """Variable that counts the cycles of the program."""
 

@@ -11,8 +11,6 @@ from typing import TypeVar
 
 from achse.swarm.worlds.world import STATION, Act, World
 
-__all__ = ["shrink"]
-
 T = TypeVar("T")
 
 _SETTLING_NS = 1_000_000

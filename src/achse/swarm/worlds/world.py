@@ -9,17 +9,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from typing import Any, Self
 
-__all__ = [
-    "STATION",
-    "Act",
-    "DrawnAxis",
-    "DrawnChannel",
-    "DrawnClient",
-    "Program",
-    "World",
-    "WorldError",
-]
-
 STATION = -1
 """Actor of what happens to the station itself; others are the numbers of clients."""
 

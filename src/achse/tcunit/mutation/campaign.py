@@ -25,8 +25,6 @@ from achse.tcunit.mutation.trials import (
 )
 from achse.tcunit.results import TestOutcome
 
-__all__ = ["run_mutants"]
-
 _MORE_BUDGET = 20
 """Times as many loop passes and calls as without a fault are endless."""
 

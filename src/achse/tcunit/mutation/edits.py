@@ -10,8 +10,6 @@ from achse.st.lexis.lexer import BOOLEAN, END, INTEGER, REAL, TYPED, scan
 from achse.st.lexis.source import Source
 from achse.st.syntax.expressions import BINDING
 
-__all__ = ["SourceEdits", "TextEdit"]
-
 
 class TextEdit(NamedTuple):
     """A piece of a source's text, and what is put in its place."""

@@ -7,8 +7,6 @@ import signal
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any, NamedTuple
 
-__all__ = ["CAN_FORK", "WorkResult", "in_copies"]
-
 CAN_FORK = hasattr(os, "fork")
 """True where a process can be copied as it is."""
 

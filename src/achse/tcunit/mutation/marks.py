@@ -9,8 +9,6 @@ from achse.st.lexis.source import Source
 from achse.st.lint.options import LintOptionsError, options_table
 from achse.tcunit.mutation.operators import Mutant
 
-__all__ = ["MutationOptions", "is_marked", "mutation_options"]
-
 _MARK = re.compile(r"(?://|\(\*|/\*)[^\n]*?\bachse:\s*equivalent\b")
 _ONLY_MARK = re.compile(r"\s*(?://[^\n]*|\(\*[^\n]*\*\)|/\*[^\n]*\*/)\s*")
 

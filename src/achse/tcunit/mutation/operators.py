@@ -39,8 +39,6 @@ from achse.st.typed.statements import (
 )
 from achse.tcunit.mutation.edits import SourceEdits, TextEdit
 
-__all__ = ["Mutant", "MutationOperator", "mutants_of"]
-
 
 class MutationOperator(Enum):
     """Kind of a planted fault."""

@@ -11,8 +11,6 @@ from achse.plc.lowering.counters import Tally
 from achse.tcunit.bench import PlcTests
 from achse.tcunit.mutation.operators import Mutant
 
-__all__ = ["AT_START", "ELSEWHERE", "Reached", "SuiteReach", "reach_of_suites"]
-
 AT_START = -1
 """Owner of what runs before the first cycle: FB_init, start values."""
 

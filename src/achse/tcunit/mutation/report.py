@@ -13,8 +13,6 @@ from achse.tcunit.mutation.results import (
     MutationScore,
 )
 
-__all__ = ["FORMS", "report_of", "summary_of"]
-
 _SHOWN = (MutantOutcome.SURVIVED, MutantOutcome.NOT_COVERED)
 """Outcomes that a text names each mutant of."""
 

@@ -9,8 +9,6 @@ from achse.st.lexis.source import Source
 from achse.tcunit.mutation.edits import TextEdit
 from achse.tcunit.mutation.operators import MutationOperator
 
-__all__ = ["MutantOutcome", "MutantResult", "MutationRun", "MutationScore"]
-
 
 class MutantOutcome(Enum):
     """Outcome of a mutant."""

@@ -11,8 +11,6 @@ from achse.tcunit.mutation.operators import Mutant
 from achse.tcunit.mutation.reach import SuiteReach, reach_of_suites
 from achse.tcunit.results import TestOutcome
 
-__all__ = ["BaseRun", "Passing", "TestKey", "Trial", "TrialLimits", "base_run", "try_mutant"]
-
 TestKey: TypeAlias = tuple[int, str, str]
 """A test: number of its PLC, name of its suite, its name."""
 

@@ -26,14 +26,6 @@ from achse.st.lexis.literals import whole_number
 from achse.st.lexis.xml import Element
 from achse.st.syntax.cursor import Unexpected
 
-__all__ = [
-    "InlineAction",
-    "drawn_conditions",
-    "inline_actions",
-    "read_drawn_flow",
-    "read_drawn_steps",
-]
-
 _DEEPEST = 200
 
 

@@ -27,8 +27,6 @@ from achse.st.lexis.codes import Code
 from achse.st.lexis.literals import whole_number
 from achse.st.lexis.xml import Element
 
-__all__ = ["read_diagram"]
-
 _EDGES = {"": 0, "none": 0, "rising": int(Modifier.RISING), "falling": int(Modifier.FALLING)}
 _STORING = {"": "None", "none": "None", "set": "Set", "reset": "Reset"}
 _RAILS = ("leftPowerRail", "rightPowerRail")

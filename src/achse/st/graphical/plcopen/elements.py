@@ -11,9 +11,6 @@ from achse.st.lexis.source import SourceError
 from achse.st.lexis.xml import Element, parse_xml
 from achse.st.syntax.cursor import Unexpected
 
-__all__ = ["DiagramElements", "connections_of"]
-
-
 _TAG = re.compile(r"<([\w:]+)")
 _ALONE = re.compile(r"<[^<>]*/>")
 
