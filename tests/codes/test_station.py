@@ -1,7 +1,7 @@
 """Numbers of the station's own service."""
 
-from achse.codes.station import MISSING_CONDITION, SERVICE_PORT
-from achse.devices.station import FAULTS, ONLINE_CHANGE, STATISTICS
+from achse.codes.station import MISSING_CONDITION, ONLINE_CHANGE, SERVICE_PORT
+from achse.devices.station import FAULTS, STATISTICS
 from achse.devices.taps import TAPS
 
 

@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 
 import achse
+from achse.codes.station import SERVICE_PORT
 from achse.dap.link import DebugLink, DebugRefused
-from achse.devices.station import SERVICE_PORT
 from achse.station import Station
 from achse.station.configuration.station_file import parse
 

@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 
 import achse
 from achse.client import Client
+from achse.codes.station import SERVICE_PORT
 from achse.devices.debugging import DEBUG
-from achse.devices.station import SERVICE_PORT
 from achse.station import Station
 from achse.station.configuration.station_file import parse
 

@@ -7,8 +7,9 @@ import pytest
 
 from achse.ams import NetId
 from achse.codes import AlState
+from achse.codes.station import SERVICE_PORT
 from achse.devices.slave_service import OBJECTS, STATES, SlaveService
-from achse.devices.station import FAULTS, SERVICE_PORT
+from achse.devices.station import FAULTS
 from achse.drive import Drive
 from achse.drive.identity import VENDOR
 from achse.ethercat import Loopback, Segment, Slave

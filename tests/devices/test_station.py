@@ -8,13 +8,8 @@ from typing import Any
 import pytest
 
 from achse.ams import AmsAddress, Frame
-from achse.devices.station import (
-    FAULTS,
-    MISSING_CONDITION,
-    ONLINE_CHANGE,
-    SERVICE_PORT,
-    STATISTICS,
-)
+from achse.codes.station import MISSING_CONDITION, ONLINE_CHANGE, SERVICE_PORT
+from achse.devices.station import FAULTS, STATISTICS
 from achse.devices.taps import TAPS
 from achse.router.tap import decode_batch
 from achse.station import Station

@@ -19,6 +19,7 @@ import pytest
 import achse
 from achse.ams import AmsAddress, ConnectionLost, NetId
 from achse.ams.discovery import (
+    ANYBODY,
     DiscoveryService,
     OsVersion,
     RouteRequest,
@@ -37,7 +38,7 @@ from achse.router.routes import Route, RouteTable
 from achse.station import ConfigError, Station
 from achse.station.configuration.station_file import parse
 from achse.transport import udp
-from achse.transport.udp import ANYBODY, DiscoveryEndpoint
+from achse.transport.udp import DiscoveryEndpoint
 from tests.docs.proofs import PROOFS, proves
 
 ROOT = Path(__file__).parents[2]

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from achse.fleet.export import compose, kubernetes
 from achse.fleet.plan import FleetPlan
-from achse.station.configuration.station_file import ConfigError
+from achse.station.configuration.types import ConfigError
 from tests.json_schemas import complaints
 
 yaml = pytest.importorskip("yaml")

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from achse.ams import NetId
 from achse.fleet.plan import FleetPlan
-from achse.station.configuration.station_file import ConfigError
+from achse.station.configuration.types import ConfigError
 
 TEMPLATE = """
 [router]

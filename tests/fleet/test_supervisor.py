@@ -12,7 +12,7 @@ import pytest
 
 from achse.fleet.plan import FleetPlan
 from achse.fleet.supervisor import FleetSupervisor, usable_cores
-from achse.station.configuration.station_file import ConfigError
+from achse.station.configuration.types import ConfigError
 
 ACTOR = """
 import json, sys

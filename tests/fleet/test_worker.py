@@ -11,7 +11,7 @@ import pytest
 
 from achse.fleet.plan import FleetPlan
 from achse.fleet.worker import memory_bytes, pin, serve
-from achse.station.configuration.station_file import ConfigError
+from achse.station.configuration.types import ConfigError
 
 
 @pytest.fixture

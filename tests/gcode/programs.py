@@ -1,12 +1,13 @@
 """Part programs that tests run, and short forms of what comes out."""
 
 from achse.codes import NcError
-from achse.gcode.canon import ArcMove, Canonical, LineMove, PathPoint
+from achse.gcode.canon import ArcMove, Canonical, LineMove
 from achse.gcode.errors import GcodeError
 from achse.gcode.interpretation.interpreter import Interpreter, RunState
 from achse.gcode.interpretation.machine_data import MachineData
 from achse.gcode.state.tool_table import ToolParameter
 from achse.gcode.text.program import PartProgram
+from achse.gcode.vectors import PathPoint
 
 
 def commands(text: str, data: MachineData | None = None) -> list[Canonical]:

@@ -19,8 +19,8 @@ from achse.iec import (
     iec_type,
     var,
 )
+from achse.iec.derived import OpaqueType
 from achse.iec.documents import as_json, as_text
-from achse.iec.typetable import OpaqueType
 
 
 class E_Mode(Enumeration):  # noqa: N801

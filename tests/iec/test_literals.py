@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from achse.iec.declare import ARRAY, iec_type, pointer_to, var
-from achse.iec.derived import AliasType, SubrangeType
+from achse.iec.derived import AliasType, OpaqueType, SubrangeType
 from achse.iec.elementary import BOOL, BYTE, INT, LREAL, LWORD, REAL, UINT, IntegerType, RealType
 from achse.iec.enums import Enumeration
 from achse.iec.errors import IecValueError
@@ -19,7 +19,6 @@ from achse.iec.strings import STRING, WSTRING
 from achse.iec.structs import Struct
 from achse.iec.times import DATE, DT, LDATE, LDT, LTIME, LTOD, TIME, TOD
 from achse.iec.types import IecType
-from achse.iec.typetable import OpaqueType
 
 
 class State(Enumeration, name="E_State"):

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from achse.iec.arrays import ArrayType, Bounds
 from achse.iec.datatypes import DataTypeEntry, decode_types, encode_types
 from achse.iec.declare import ARRAY, iec_type, method, pointer_to, var
-from achse.iec.derived import AliasType, InterfaceType, PointerType, SubrangeType
+from achse.iec.derived import AliasType, InterfaceType, OpaqueType, PointerType, SubrangeType
 from achse.iec.describe import describe_type, types_within
 from achse.iec.elementary import BIT, BOOL, BYTE, DINT, INT, LREAL, UDINT, UINT
 from achse.iec.enums import Enumeration
@@ -24,7 +24,7 @@ from achse.iec.structs import FunctionBlock, Struct, StructType, Union, plain
 from achse.iec.symbols import SymbolEntry
 from achse.iec.times import DT, LTIME, TIME
 from achse.iec.types import IecType
-from achse.iec.typetable import OpaqueType, TypeTable
+from achse.iec.typetable import TypeTable
 from achse.iec.variables import Variable
 
 

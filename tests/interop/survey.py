@@ -110,7 +110,8 @@ def try_project(folder: Path, repository: Path, project: Path) -> Outcome:
 def _run(outcome: Outcome, project: Path, libraries: list[Path]) -> None:
     """A station with that PLC, until its slowest task had its cycles."""
     from achse.station import Station
-    from achse.station.configuration.station_file import ConfigError, parse
+    from achse.station.configuration.station_file import parse
+    from achse.station.configuration.types import ConfigError
 
     plc_section = {"sources": str(project), "libraries": [str(item) for item in libraries]}
     try:

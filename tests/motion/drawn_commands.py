@@ -8,8 +8,8 @@ import random
 from collections.abc import Callable
 from typing import Any
 
+from achse.codes.nc.choices import MotionPhase
 from achse.motion import Axis, BufferMode, OverrideType, StartType, commands
-from achse.motion.states import MotionPhase
 
 DT = 0.002
 ENABLED = 7

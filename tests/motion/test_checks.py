@@ -7,8 +7,9 @@ from typing import Any
 import pytest
 
 from achse.codes import NcError
+from achse.codes.axis import ControlBit, StartType
+from achse.codes.nc.choices import AxisType
 from achse.motion import checks, commands
-from achse.motion.states import AxisType, ControlBit, StartType
 
 
 def number(error: NcError | None) -> int:

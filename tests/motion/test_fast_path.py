@@ -6,12 +6,12 @@ from typing import Any
 
 import pytest
 
+from achse.codes.nc.choices import AxisType
 from achse.motion import commands
 from achse.motion.control.drive import read_drive
 from achse.motion.features import TRANSIENT, Feature
 from achse.motion.kernel import _asleep
 from achse.motion.monitoring import settle, stays_closed
-from achse.motion.states import AxisType
 
 
 @pytest.mark.parametrize(

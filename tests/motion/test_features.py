@@ -8,6 +8,8 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from achse.codes.axis import BufferMode, StartType
+from achse.codes.nc.choices import AxisType, ControllerType, ReferenceMode
 from achse.motion import Axis, AxisParameters, Nc, commands
 from achse.motion.commands import Compensation
 from achse.motion.features import (
@@ -19,15 +21,7 @@ from achse.motion.features import (
 )
 from achse.motion.kernel import STAGES
 from achse.motion.record import AXIS_PARTS, LAYOUT, PART_OF
-from achse.motion.states import (
-    AxisType,
-    BufferMode,
-    ControllerType,
-    DriveOperationMode,
-    EndPositionType,
-    ReferenceMode,
-    StartType,
-)
+from achse.motion.states import DriveOperationMode, EndPositionType
 
 VALUES = {
     "control_dword": 7.0,

@@ -5,6 +5,7 @@ from typing import Any
 import pytest
 
 from achse.codes import NcError
+from achse.codes.nc.choices import EncoderType
 from achse.motion import (
     ControlBit,
     MotionState,
@@ -14,7 +15,6 @@ from achse.motion import (
     commands,
 )
 from achse.motion.monitoring import _at_limit, show_state
-from achse.motion.states import EncoderType
 
 V = 200.0
 

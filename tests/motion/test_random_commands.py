@@ -14,8 +14,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from achse.codes.nc.choices import MotionPhase
 from achse.motion import Axis, AxisParameters, BufferMode, Nc, OverrideType, StartType, commands
-from achse.motion.states import DriveOperationMode, MotionPhase
+from achse.motion.states import DriveOperationMode
 from achse.native.compiled import checked_builds
 from tests.motion.fields_seen import view
 

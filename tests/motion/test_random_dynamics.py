@@ -22,8 +22,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from achse.codes.nc.choices import MotionPhase
 from achse.motion import AxisParameters, Nc
-from achse.motion.states import DriveOperationMode, MotionPhase
+from achse.motion.states import DriveOperationMode
 from tests.motion.fields_seen import view
 
 

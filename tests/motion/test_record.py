@@ -7,7 +7,9 @@ from typing import Any
 import pytest
 
 from achse.motion import AxisParameters, Nc, commands
+from achse.motion.fields.declare import Role
 from achse.motion.fields.often import OFTEN
+from achse.motion.fields.setpoint import SEGMENTS
 from achse.motion.machine.record import AMPLIFIER, MACHINE, SENSOR
 from achse.motion.port import DRIVE_IO, ENCODER_IO
 from achse.motion.profiles.segments import MAX_SEGMENTS
@@ -18,13 +20,11 @@ from achse.motion.record import (
     FIELDS,
     JOB,
     LAYOUT,
-    SEGMENTS,
     AxisDriveFields,
     AxisFields,
     ControllerFields,
     EncoderFields,
     JobFields,
-    Role,
     SlotsRecord,
     controller_record,
     drive_record,

@@ -1,6 +1,8 @@
 """The numbers of axes and their parts."""
 
-from achse.motion.states import OverrideType, StateBit, choices_of
+from achse.codes.axis import StateBit
+from achse.codes.nc.choices import OverrideType
+from achse.motion.states import choices_of
 
 
 def test_enumerations_by_the_unit_of_a_field() -> None:

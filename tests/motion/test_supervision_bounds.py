@@ -8,6 +8,8 @@ from typing import Any
 import pytest
 
 from achse.codes import NcError
+from achse.codes.axis import HomingState
+from achse.codes.nc.choices import MotionPhase, SignalType
 from achse.motion.features import Feature
 from achse.motion.generators.table import UNPLANNED
 from achse.motion.monitoring import (
@@ -24,7 +26,6 @@ from achse.motion.monitoring import (
 )
 from achse.motion.port import STATUS_ABSENT, STATUS_ERROR, STATUS_FAST_STOP, STATUS_READY
 from achse.motion.setpoints.limits import TOLERANCE
-from achse.motion.states import HomingState, MotionPhase, SignalType
 
 DT = 2.0**-9
 """A cycle whose multiples are exact, s."""

@@ -18,7 +18,7 @@ import pytest
 from achse.native.backend import address_of
 from achse.native.compiled import Kernel, checked_builds
 from achse.native.declare import Slot, lay_out, pack, plain_record, reference, within
-from achse.native.kernels.translate import TranslationError
+from achse.native.kernels.arithmetic import TranslationError
 from achse.native.memory import Rows, RowView
 
 

@@ -2,8 +2,9 @@
 
 import struct
 
+from achse.iec.system_types import APP_INFO, TASK_INFO
 from achse.plc import Area, PlcRuntime, Task
-from achse.plc.system_info import APP_INFO, TASK_INFO, lists_of_runtime
+from achse.plc.system_info import lists_of_runtime
 
 
 def runtime(*tasks: Task, **options: object) -> PlcRuntime:

@@ -11,8 +11,8 @@ from achse.st.missing import MissingLibrary, findings_by_library, missing_librar
 from achse.st.project import examine_project
 from achse.st.syntax.parser import parse
 from achse.station import Station
-from achse.station.configuration.station_file import ConfigError
 from achse.station.configuration.station_file import parse as parse_station
+from achse.station.configuration.types import ConfigError
 
 IOT = LibraryReference("Tc3_IotBase", "3.1", "Tc3_IotBase", {})
 MINE = LibraryReference("My Lib", "", "My_Lib", {})

@@ -10,6 +10,7 @@ import pytest
 
 from achse.ams import AmsAddress, NetId, RequestTimeout
 from achse.ams.discovery import (
+    ANYBODY,
     DiscoveryPacket,
     DiscoveryService,
     OsVersion,
@@ -20,7 +21,7 @@ from achse.ams.discovery import (
 )
 from achse.router.access import PasswordHash, Users
 from achse.router.routes import Route, RouteTable
-from achse.transport.udp import ANYBODY, DiscoveryEndpoint, ask, change_route, scan
+from achse.transport.udp import DiscoveryEndpoint, ask, change_route, scan
 
 OURS = NetId("5.1.2.3.1.1")
 THEIRS = NetId("10.0.0.7.1.1")

@@ -5,10 +5,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Literal
 
-from achse.tcunit.bench import Confine, ProjectError, TestBench
+from achse.tcunit.bench import Confine, TestBench
 from achse.tcunit.results import TestRun
-
-__all__ = ["LIMIT", "TIMEOUT", "ProjectError", "run_tests"]
 
 LIMIT = 60.0
 """Seconds of PLC time after which tests that still run are unfinished."""

@@ -8,8 +8,6 @@ from collections.abc import Iterator
 
 from achse.transport.tcp.listener import TCP_PORT
 
-__all__ = ["free_host"]
-
 
 def _candidates() -> Iterator[str]:
     if sys.platform != "linux":

@@ -11,12 +11,10 @@ from typing import Any, Protocol
 
 from achse.ams import DeviceError
 from achse.codes import NcError, ReturnCode
+from achse.codes.axis import BufferMode, StartType, StateBit
 from achse.devices.nc.device import AXIS_GROUPS
-from achse.motion.states import BufferMode, StartType, StateBit
 from achse.server import READ, Codec, Service
 from achse.testing.conformance import ConformanceError
-
-__all__ = ["AxisReach", "check_axis"]
 
 _ENABLED = 7
 """Control double word: controller, feed forward and backward."""

@@ -31,8 +31,6 @@ from achse.st.syntax.printer import print_initial, print_type
 from achse.st.syntax.tree import ArrayOf, TypeSpec, VarBlock
 from achse.st.syntax.units import Function, FunctionBlock, Namespace, Program, Unit
 
-__all__ = ["PlcUnit", "PlcUnitFault", "plc_unit"]
-
 _BENCH = "AchseBench"
 _INSTANCE = "unit_under_test"
 _RESULT = "result_under_test"

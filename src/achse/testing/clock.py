@@ -4,8 +4,6 @@ import asyncio
 import selectors
 from typing import Any
 
-__all__ = ["ManualClock", "VirtualTimeLoop"]
-
 
 class ManualClock:
     """A clock in Unix nanoseconds that stands until `advance`: `Device(…, clock=ManualClock())`."""

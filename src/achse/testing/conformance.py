@@ -12,8 +12,6 @@ from achse.codes import ReservedGroup, ReturnCode
 from achse.router import Router
 from achse.server import READ, READ_WRITE, WRITE, Device, RowFacts
 
-__all__ = ["ConformanceError", "TransportEnd", "check_device", "check_transport"]
-
 _PORT = 26_999
 _NET_ID = NetId("5.0.0.1.1.1")
 _PLACE = struct.Struct("<III")

@@ -20,8 +20,6 @@ from achse.testing.clock import ManualClock
 from achse.testing.live import Live
 from achse.transport.tcp.listener import TCP_PORT, TcpListener
 
-__all__ = ["FakeDevice", "MisdeedKind"]
-
 Answer = bytes | Callable[[], bytes]
 
 

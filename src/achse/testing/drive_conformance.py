@@ -14,8 +14,6 @@ from achse.drive.objects.communication import DEFAULT_MAPPINGS
 from achse.testing.conformance import ConformanceError
 from achse.testing.reach import DriveReach
 
-__all__ = ["check_drive"]
-
 _ACKNOWLEDGE = 0x10
 _FAULT_RESET = 0x80
 _OUTPUTS = struct.Struct("<HbHiHI")  # 1600h: controlword, mode, max torque, position, probe, …

@@ -19,8 +19,6 @@ from achse.station.configuration.station_file import parse
 from achse.testing.addresses import free_host
 from achse.transport.tcp.listener import TCP_PORT
 
-__all__ = ["Live", "LiveStation"]
-
 V = TypeVar("V")
 
 _PATIENCE = 30.0

@@ -4,8 +4,6 @@ from collections import deque
 
 from achse.ams import Connection, DecodeError, Event, Frame, TcpMessage
 
-__all__ = ["LinkEnd", "LinkedPair"]
-
 
 class LinkEnd:
     """One end: `send` puts packets on the wire, `received` is what came out of it."""

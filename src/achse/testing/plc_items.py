@@ -9,8 +9,6 @@ import pytest
 from achse.tcunit import CodePlace, ProjectError, TcUnitMissing, TestRun, UnitTest, run_tests
 from achse.tcunit.results import TestOutcome
 
-__all__ = ["PlcProject", "PlcRun", "PlcTest", "PlcTestFailure"]
-
 
 class PlcTestFailure(Exception):
     """A test of the project failed, or did not end."""

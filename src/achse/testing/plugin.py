@@ -15,16 +15,6 @@ if TYPE_CHECKING:
     from achse.client.nc.blocking import RemoteAxis, RemoteNc
     from achse.testing.live import LiveStation
 
-__all__ = [
-    "achse_axis",
-    "achse_config",
-    "achse_nc",
-    "achse_station",
-    "pytest_addoption",
-    "pytest_collect_file",
-    "pytest_configure",
-]
-
 MARKER = "achse_station"
 
 _PROJECTS = "achse_plc_tests"

@@ -14,8 +14,6 @@ from achse.ethercat import Datagram, DatagramCommand, EthercatFrame, Segment
 from achse.ethercat.description import LAYOUT
 from achse.ethercat.registers import FMMU_BASE, SM_BASE, Register
 
-__all__ = ["DriveReach", "PysoemReach", "ReachError", "SegmentReach"]
-
 _MAILBOX_OUT, _MAILBOX_IN, _OUTPUTS, _INPUTS = (
     LAYOUT.mailbox_out,
     LAYOUT.mailbox_in,

@@ -17,8 +17,6 @@ try:
 except ImportError:  # not on every system, as raw sockets
     ioctl = None  # type: ignore[assignment]
 
-__all__ = ["Answer", "EthernetLink", "Link", "LinkError", "UdpLink"]
-
 ETHERCAT = 0x88A4
 """EtherType, and port of EtherCAT over UDP (34980)."""
 

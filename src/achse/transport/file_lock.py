@@ -3,8 +3,6 @@
 import sys
 from typing import IO
 
-__all__ = ["lock_file"]
-
 
 def lock_file(file: IO[str]) -> bool:
     """Hold an open file until it is closed; False if somebody holds it."""

@@ -10,8 +10,6 @@ try:
 except ImportError:  # not on every system, as raw sockets
     ioctl = None  # type: ignore[assignment]
 
-__all__ = ["LinkState"]
-
 _ETHTOOL = 0x8946
 """Linux (SIOCETHTOOL): ask or tell a driver, as struct ifreq with a pointer."""
 _GET_LINK = 0x0000000A

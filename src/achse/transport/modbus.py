@@ -12,8 +12,6 @@ from collections import OrderedDict
 from concurrent.futures import Future
 from typing import Any, NamedTuple
 
-__all__ = ["ModbusAnswerError", "ModbusBusyError", "ModbusLines", "ModbusPeer"]
-
 _HEADER = struct.Struct(">HHHB")
 _LONGEST_PDU = 253
 _MOST_LINES = 64

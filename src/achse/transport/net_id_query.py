@@ -9,8 +9,6 @@ from typing import cast
 from achse.ams import DecodeError, NetId
 from achse.ams.discovery import ANYBODY, DiscoveryPacket, DiscoveryService, info_request
 
-__all__ = ["query_net_id"]
-
 
 class _Query(asyncio.DatagramProtocol):
     """One query on a connected socket, which accepts datagrams and refusals of its peer only."""

@@ -5,8 +5,6 @@ import socket
 import struct
 import sys
 
-__all__ = ["address_for_others", "address_towards"]
-
 _FAR = {4: (socket.AF_INET, "192.0.2.1"), 6: (socket.AF_INET6, "2001:db8::1")}
 """Addresses of documentation (RFC 5737, RFC 3849): the route to them is that to anywhere."""
 

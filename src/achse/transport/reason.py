@@ -2,8 +2,6 @@
 
 import os
 
-__all__ = ["reason"]
-
 
 def reason(failure: OSError) -> str:
     """`Connection refused`, `Address already in use`, …

@@ -30,8 +30,6 @@ from achse.router.rate import Rates
 from achse.router.routes import FixedRouteError, Route, RouteError, RouteTable
 from achse.transport.secure.password_checker import PasswordChecker
 
-__all__ = ["ANYBODY", "DiscoveryEndpoint", "ask", "change_route", "scan"]
-
 log = logging.getLogger("achse.discovery")
 
 _AT_ONCE, _PER_SECOND = 200, 50

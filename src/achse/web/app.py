@@ -14,8 +14,6 @@ from achse.web.contents import Download
 from achse.web.door import SECURITY_HEADERS, Door
 from achse.web.pages import Pages
 
-__all__ = ["MOST_BYTES", "MOST_BYTES_OF_CODE", "PageSocket", "web_app"]
-
 MOST_BYTES = 64 * 1024
 """Length of a message from a page; a longer one ends the connection (1009)."""
 MOST_BYTES_OF_CODE = 4 << 20

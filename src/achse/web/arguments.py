@@ -6,8 +6,6 @@ from typing import Any
 
 from achse.web.messages import CallError
 
-__all__ = ["Arguments"]
-
 _LONGEST = 4096
 _MOST_NAMES = 1000
 

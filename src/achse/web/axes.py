@@ -24,8 +24,6 @@ from achse.web.watched import NC_PORT, WatchedTarget
 if TYPE_CHECKING:
     from achse.web.viewer import PageEnd
 
-__all__ = ["ACTIONS", "AxisDesk"]
-
 ACTIONS = (
     "enable", "disable", "reset", "home", "stop", "halt", "jog", "move", "velocity", "override",
     "set_position",

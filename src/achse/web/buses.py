@@ -15,8 +15,6 @@ from achse.web.feeds import Feed
 from achse.web.messages import CallError
 from achse.web.watched import IO_PORT, NC_PORT, WatchedTarget
 
-__all__ = ["SDO", "BusDesk", "drive_state"]
-
 _MASTER_PORT = 0xFFFF
 _DEVICES, _IDS, _NAME, _NET_ID, _BOX_NAME = 0x5000, 1, 1, 5, 6
 _MASTER_STATE, _ADDRESSES, _STATES, _FRAMES, _IDENTITY = 0x3, 0x7, 0x9, 0xC, 0x11

@@ -24,8 +24,6 @@ from achse.web.tables import ChannelDesk, TableDesk
 from achse.web.traffic import ServiceRows, TrafficDesk, rows_of_demo
 from achse.web.watched import WatchedTarget
 
-__all__ = ["Desks", "calls_of", "desks_of", "topics_of"]
-
 
 class Desks(NamedTuple):
     """Handlers of page calls about one target."""

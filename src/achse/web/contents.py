@@ -6,8 +6,6 @@ from typing import Any, NamedTuple
 from achse.router.rights import Right
 from achse.web.feeds import Topic
 
-__all__ = ["Download", "PageCall", "PageContents"]
-
 Download = Callable[[str], tuple[str, bytes] | None]
 """Returns file name and contents of a download by its key; None if it is unknown."""
 

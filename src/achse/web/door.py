@@ -6,8 +6,6 @@ import secrets
 from collections.abc import Mapping
 from urllib.parse import urlsplit
 
-__all__ = ["SECURITY_HEADERS", "Door", "is_own_computer"]
-
 SECURITY_HEADERS = {
     "content-security-policy": (
         "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data: blob:;"

@@ -12,8 +12,6 @@ from achse.st.syntax.cursor import Unexpected
 from achse.st.syntax.units import Program, Unit
 from achse.web.watched import WatchedTarget
 
-__all__ = ["DrawnBody", "drawn_bodies", "operand_values", "shown"]
-
 
 class DrawnBody(NamedTuple):
     """A body in a graphical language."""

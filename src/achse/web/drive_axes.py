@@ -9,8 +9,6 @@ from achse.client import Target
 from achse.client.nc import RemoteAxis
 from achse.client.nc.services import PARAMETERS, STATES, NcService, named
 
-__all__ = ["AxisScale", "DriveAxis", "axes_of_drives", "scale_of"]
-
 _HARDWARE = 0x31
 """Offset of the parameter of an axis that names its drive: NetId of the bus, address, channel."""
 

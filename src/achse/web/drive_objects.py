@@ -17,8 +17,6 @@ from achse.web.arguments import Arguments
 from achse.web.buses import SDO, BusDesk
 from achse.web.messages import CallError
 
-__all__ = ["DriveObjectDesk"]
-
 _IDENTITY = 0x1018
 _VENDOR, _PRODUCT = 1, 2
 _ASSIGNMENT = 0x1C12

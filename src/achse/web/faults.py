@@ -14,8 +14,6 @@ from achse.web.feeds import Feed
 from achse.web.messages import CallError
 from achse.web.watched import LONGEST_TEXT, STATION_PORT, WatchedTarget
 
-__all__ = ["FaultDesk"]
-
 _FAULTS = 0xFA01
 
 _BUS = "Which bus of the station, counted from 1."

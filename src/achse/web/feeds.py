@@ -13,8 +13,6 @@ from achse.web.arguments import Arguments
 from achse.web.messages import CallError, dumped, error_of
 from achse.web.outbox import PageOutbox
 
-__all__ = ["MOST_FEEDS", "Feed", "Feeds", "Pause", "Topic"]
-
 log = logging.getLogger("achse.web")
 
 Pause = Callable[[float], Awaitable[Any]]

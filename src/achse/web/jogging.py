@@ -7,8 +7,6 @@ from typing import NamedTuple
 from achse.ams import AdsError
 from achse.client.nc import RemoteAxis
 
-__all__ = ["HELD_FOR", "JogKey", "Jogging"]
-
 HELD_FOR = 0.75
 """Seconds after which a key that is not pressed again counts as let go."""
 

@@ -11,8 +11,6 @@ from achse.web.feeds import Feed
 from achse.web.process_log import ProcessLog
 from achse.web.watched import WatchedTarget
 
-__all__ = ["JournalDesk", "message_of"]
-
 _MESSAGES, _EVERY_MESSAGE = 1, 0xFFFF
 _HEADER = struct.Struct("<QII16sI")
 _LONGEST = 4096

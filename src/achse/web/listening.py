@@ -11,8 +11,6 @@ import uvicorn
 from uvicorn.protocols.http.h11_impl import H11Protocol
 from uvicorn.protocols.websockets.wsproto_impl import WSProtocol
 
-__all__ = ["BoundedHttp", "BoundedSocket", "QuietServer", "listen", "server_for"]
-
 REQUEST_WITHIN = 10.0
 """Seconds until a connection must have sent a whole request."""
 

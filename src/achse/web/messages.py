@@ -9,8 +9,6 @@ from achse.ams import AdsError
 from achse.codes import code_of
 from achse.codes.links import SITE, code_link, on_site
 
-__all__ = ["CallError", "dumped", "error_of", "request_of"]
-
 
 class CallError(ValueError):
     """A call that cannot be done as it was made: says what was expected and what came."""

@@ -9,8 +9,6 @@ from achse.scope.channel import ScopeChannel
 from achse.scope.data import ScopeBlock
 from achse.scope.types import WORD, ScopeType
 
-__all__ = ["MixedRows", "channels_of", "rows_of"]
-
 _NAN = float("nan")
 
 

@@ -10,8 +10,6 @@ from collections import deque
 
 from achse.web.messages import dumped
 
-__all__ = ["BLOCK_HEADER", "MOST_BLOCK_BYTES", "MOST_LINES", "BlockFlag", "PageOutbox"]
-
 MOST_LINES = 2000
 """Lines of one watch that wait."""
 

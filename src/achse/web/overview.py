@@ -9,8 +9,6 @@ from achse.web.faults import FaultDesk
 from achse.web.feeds import Feed
 from achse.web.watched import WatchedTarget
 
-__all__ = ["OverviewDesk"]
-
 _PORTS = (100, 110, 300, 500, 501, 801, 811, 851, 852, 853, 10_000, 14_000)
 """AMS ports where devices of a controller usually are."""
 

@@ -13,8 +13,6 @@ from achse.web.arguments import Arguments
 from achse.web.messages import CallError
 from achse.web.watched import NC_PORT, WatchedTarget
 
-__all__ = ["ParameterDesk"]
-
 _GROUPS = ("axis", "encoder", "controller", "drive")
 """By the upper half of the index offset."""
 

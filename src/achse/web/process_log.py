@@ -9,8 +9,6 @@ from typing import Any
 
 from achse.router.rate import Rates
 
-__all__ = ["ProcessLog"]
-
 _LOGGER = "achse"
 _KEPT = 500
 """Lines that a page gets which is opened later."""

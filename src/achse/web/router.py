@@ -13,8 +13,6 @@ from achse.web.process_log import ProcessLog
 from achse.web.traffic import ServiceRows, TrafficDesk
 from achse.web.watched import LONGEST_TEXT, WatchedTarget
 
-__all__ = ["RouterDesk", "router_contents"]
-
 
 class RouterDesk:
     """Handlers of page calls about a router; its figures are in `group` at port 1."""

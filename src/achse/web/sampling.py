@@ -23,17 +23,6 @@ from achse.scope.data import ScopeData
 from achse.scope.trigger import ScopeTrigger, TriggerEvent
 from achse.scope.types import SCOPE_TYPES, WORD, ScopeType, type_of_words
 
-__all__ = [
-    "SampleRows",
-    "SampleTaker",
-    "ScopeFeed",
-    "TriggerWatch",
-    "columns_of",
-    "described",
-    "from_notifications",
-    "from_scope",
-]
-
 log = logging.getLogger("achse.web")
 
 RING = 10.0

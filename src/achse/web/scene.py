@@ -8,8 +8,6 @@ from typing import Any
 from achse.web.arguments import Arguments
 from achse.web.messages import CallError
 
-__all__ = ["SceneDesk"]
-
 _LARGEST = 1 << 20
 
 

@@ -35,8 +35,6 @@ from achse.web.watched import NC_PORT, PLC_PORT, SCOPE_PORT, WatchedTarget
 if TYPE_CHECKING:
     from achse.web.viewer import PageEnd
 
-__all__ = ["PageScope", "ScopeDesk"]
-
 MOST_CHANNELS = 128
 """Of one scope of a page."""
 

@@ -25,8 +25,6 @@ if TYPE_CHECKING:
     from achse.web.calls import Desks
     from achse.web.listening import QuietServer
 
-__all__ = ["WebServer"]
-
 _ENDS_WITHIN = 5.0
 """Seconds that open pages have to go."""
 

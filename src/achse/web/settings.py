@@ -6,8 +6,6 @@ from typing import NamedTuple
 
 from achse.extras import needs_extra
 
-__all__ = ["WEB_PORT", "EditedProject", "WebExtraMissing", "WebSettings"]
-
 WEB_PORT = 8080
 """TCP port unless another is named."""
 

@@ -23,8 +23,6 @@ from achse.web.drawings import DrawnBody, drawn_bodies
 from achse.web.messages import CallError
 from achse.web.settings import EditedProject
 
-__all__ = ["MOST_FINDINGS", "SourceProject"]
-
 _EDITABLE = (Content.TEXT, Content.ENVELOPE)
 """Contents of the files whose code can be edited."""
 

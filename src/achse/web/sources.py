@@ -16,8 +16,6 @@ from achse.web.watched import LONGEST_TEXT, STATION_PORT, WatchedTarget
 if TYPE_CHECKING:
     from achse.web.source_project import SourceProject
 
-__all__ = ["LONGEST_CODE", "SourceDesk"]
-
 LONGEST_CODE = 1 << 20
 """Characters of all sections of a file that a page may send: those of the largest file."""
 

@@ -27,8 +27,6 @@ from achse.web.feeds import Feed
 from achse.web.messages import CallError
 from achse.web.watched import NC_PORT, PLC_PORT, WatchedTarget
 
-__all__ = ["FoundSymbol", "SymbolDesk"]
-
 _MOST_LISTED = 1000
 _MOST_ELEMENTS = 200
 """Elements of an array that are listed."""

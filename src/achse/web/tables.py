@@ -13,8 +13,6 @@ from achse.web.arguments import Arguments
 from achse.web.feeds import Feed
 from achse.web.watched import NC_PORT, WatchedTarget
 
-__all__ = ["ChannelDesk", "TableDesk"]
-
 _MOST_POINTS = 2000
 
 

@@ -14,8 +14,6 @@ from achse.web.arguments import Arguments
 from achse.web.feeds import Feed
 from achse.web.watched import PLC_PORT, STATION_PORT, WatchedTarget
 
-__all__ = ["ServiceRows", "TrafficDesk", "rows_of_demo"]
-
 _TAPS = 0xFA02
 _FETCH_EVERY = 0.1
 _FETCH_BYTES = 1 << 20

@@ -16,8 +16,6 @@ from achse.web.jogging import Jogging
 from achse.web.messages import CallError, dumped, error_of, request_of
 from achse.web.outbox import PageOutbox
 
-__all__ = ["PageEnd", "Viewer", "Wire"]
-
 log = logging.getLogger("achse.web")
 
 _CALLS_AT_ONCE = 16

@@ -14,16 +14,6 @@ from achse.codes.station import SERVICE_PORT
 from achse.router.rights import ALL_RIGHTS, Right
 from achse.web.arguments import Arguments
 
-__all__ = [
-    "IO_PORT",
-    "LONGEST_TEXT",
-    "NC_PORT",
-    "PLC_PORT",
-    "SCOPE_PORT",
-    "STATION_PORT",
-    "WatchedTarget",
-]
-
 NC_PORT, PLC_PORT, STATION_PORT, SCOPE_PORT = 500, 851, SERVICE_PORT, 14_000
 IO_PORT = 300
 

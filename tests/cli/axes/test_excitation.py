@@ -8,7 +8,7 @@ from achse.cli.axes.excitation import ExcitationJudge
 from achse.cli.axes.move import ACTIVE_WITHIN
 from achse.cli.axes.nc import NcAxis
 from achse.codes import NcError
-from achse.motion.states import StateBit
+from achse.codes.axis import StateBit
 
 NOBODY: Any = None
 STANDING = StateBit.OPERATIONAL | StateBit.NOT_MOVING

@@ -9,7 +9,7 @@ from achse.cli.axes.home import HomingJudge
 from achse.cli.axes.move import ACTIVE_WITHIN
 from achse.cli.axes.nc import NcAxis
 from achse.codes import NcError
-from achse.motion.states import OperationModeBit, StateBit
+from achse.codes.axis import OperationModeBit, StateBit
 
 NOBODY: Any = None
 STANDING = StateBit.OPERATIONAL | StateBit.NOT_MOVING

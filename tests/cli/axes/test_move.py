@@ -12,7 +12,7 @@ import pytest
 from achse.cli.axes.move import ACTIVE_WITHIN, SETTLED_WITHIN, Order, Verdict
 from achse.cli.axes.nc import NcAxis
 from achse.codes import NcError
-from achse.motion.states import MotionState, OperationModeBit, StartType, StateBit
+from achse.codes.axis import MotionState, OperationModeBit, StartType, StateBit
 from tests.warm_commands import PIPES, WarmCommands
 
 NUMBER = 7

@@ -6,10 +6,11 @@ from typing import Any
 
 import pytest
 
-from achse.cli.axes.nc import NcAxis, axes_of, chosen, flag_names, motion_state
+from achse.cli.axes.nc import NcAxis, axes_of, chosen, motion_state
 from achse.client import Client, connect
 from achse.client.nc.errors import UnknownAxis
-from achse.motion.states import StateBit
+from achse.client.nc.status import flag_names
+from achse.codes.axis import StateBit
 from achse.station import Station
 
 

@@ -17,7 +17,7 @@ from achse.motion.path.compiled import KERNEL as PATH
 from achse.motion.readout.cyclic_image import KERNEL as IMAGES
 from achse.motion.servo.compiled import SEND, TAKE
 from achse.native.compiled import Kernel
-from achse.native.kernels.translate import TranslationError
+from achse.native.kernels.arithmetic import TranslationError
 from achse.native.sampling import KERNEL as SAMPLING
 from achse.scope.kernel import KERNEL as SCOPE
 from achse.station.buses.whole_cycle import KERNEL as DRIVEN

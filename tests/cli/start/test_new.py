@@ -19,14 +19,11 @@ from achse.cli.start.new import (
 )
 from achse.station import Station
 from achse.station.configuration.documents import parse_toml
+from achse.station.configuration.limits import LimitsConfig
+from achse.station.configuration.network import RouterConfig
 from achse.station.configuration.plc import PlcConfig
 from achse.station.configuration.schema import station_schema
-from achse.station.configuration.station_file import (
-    LimitsConfig,
-    RouterConfig,
-    SystemConfig,
-    parse,
-)
+from achse.station.configuration.station_file import SystemConfig, parse
 from tests.warm_commands import WarmCommands
 
 

@@ -4,8 +4,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from achse.ethercat import Loopback, build_sii, describe
-from achse.ethercat.description import OPERATION_MODES
-from achse.ethercat.master.sii_reader import SiiUse, read_sii
+from achse.ethercat.description import OPERATION_MODES, SiiUse
+from achse.ethercat.master.sii_reader import read_sii
 
 
 def test_what_we_write_is_read() -> None:

@@ -17,8 +17,7 @@ from typing import Any
 
 from achse.ams import AmsAddress, Command, Connection, Frame, NetId, TcpCommand
 from achse.ams.commands import ADD_NOTIFICATION_BODY
-from achse.ams.discovery import RouteRequest, info_request
-from achse.transport.udp import ANYBODY
+from achse.ams.discovery import ANYBODY, RouteRequest, info_request
 
 SECONDS = 1.0
 

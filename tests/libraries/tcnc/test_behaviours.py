@@ -10,7 +10,7 @@ import pytest
 
 from achse.codes import NcError
 from achse.codes.axis import StateBit
-from achse.motion.states import AxisType, ControllerType, DriveType
+from achse.codes.nc.choices import AxisType, ControllerType, DriveType
 
 FLAGS = {
     "J": StateBit.HAS_JOB,

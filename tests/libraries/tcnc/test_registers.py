@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from achse.ams import AmsAddress, Command, Flags, Frame
-from achse.motion.states import DriveType
+from achse.codes.nc.choices import DriveType
 
 TERMINAL = 2541
 CODE = 0x1235

@@ -13,12 +13,12 @@ from typing import Any
 import pytest
 
 from achse.codes.axis import ControlBit, HomingState, MotionState, OperationModeBit, StateBit
+from achse.codes.nc.choices import AxisType, ControllerType, DriveType
 from achse.codes.nc.structures import FROM_PLC, TO_PLC
 from achse.devices.nc import NcDevice
 from achse.devices.nc.axes.structures import NC_TO_PLC_TC2, PLC_TO_NC
 from achse.iec import StructType, resolved
 from achse.motion.couplings.masters import ALONE, BOTH, FOLLOWS, LEADS
-from achse.motion.states import AxisType, ControllerType, DriveType
 from achse.st.declared.standard import standard_libraries
 from achse.st.syntax.units import Function, FunctionBlock, TypeDeclaration
 from achse.station import Station

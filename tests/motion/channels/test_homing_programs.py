@@ -5,13 +5,13 @@ from typing import Any
 import pytest
 
 from achse.codes import NcError
+from achse.codes.nc.choices import MotionPhase
 from achse.gcode.canon import StopKind
 from achse.gcode.interpretation.interpreter import Interpreter, RunState
 from achse.gcode.interpretation.search import BlockSearch, DryRun, SearchMode
 from achse.gcode.text.program import PartProgram
 from achse.motion import commands
 from achse.motion.channels.states import InterpreterState as State
-from achse.motion.states import MotionPhase
 
 HOMES = "N10 G01 X10 Y0 F6000\nN20 G74 X\nN30 X5\nM30\n"
 

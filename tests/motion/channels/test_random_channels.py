@@ -13,6 +13,7 @@ from tempfile import TemporaryDirectory
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from achse.codes.nc.choices import MotionPhase
 from achse.gcode.canon import Handshake
 from achse.gcode.state.mfunctions import MRule
 from achse.motion import Axis, AxisParameters, Nc, commands
@@ -24,7 +25,6 @@ from achse.motion.compiled import KERNEL
 from achse.motion.groups.parameters import GroupParameters
 from achse.motion.groups.path_group import PathGroup
 from achse.motion.groups.states import GroupType
-from achse.motion.states import MotionPhase
 
 CYCLE_S = 0.002
 VELOCITY, ACCELERATION = 300.0, 3000.0

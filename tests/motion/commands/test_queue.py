@@ -6,7 +6,7 @@ import pytest
 
 from achse.codes import NcError
 from achse.motion import BufferMode, StateBit, commands
-from achse.motion.record import COMMAND_BUFFER
+from achse.motion.fields.setpoint import COMMAND_BUFFER
 
 V = 200.0
 

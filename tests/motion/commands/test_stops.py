@@ -6,11 +6,11 @@ from typing import Any
 import pytest
 
 from achse.codes import NcError
+from achse.codes.nc.choices import MotionPhase
 from achse.motion import BufferMode, CommandState, StartType, StateBit, commands
 from achse.motion.checks import STEEPEST_JERK
 from achse.motion.commands.stops import halt
 from achse.motion.profiles.profile import stopping_distance, stopping_time
-from achse.motion.states import MotionPhase
 
 V = 200.0
 

@@ -5,8 +5,8 @@ from typing import Any
 
 import pytest
 
+from achse.codes.nc.choices import ControllerType
 from achse.motion import StartType, StateBit, commands
-from achse.motion.states import ControllerType
 
 V = 200.0
 

@@ -6,8 +6,9 @@ from typing import Any
 import pytest
 
 from achse.codes import NcError
+from achse.codes.axis import CommandState
+from achse.codes.nc.choices import AxisType, ControllerType, DriveType, StepperMode
 from achse.motion import MotionPhase, StateBit, commands
-from achse.motion.states import AxisType, CommandState, ControllerType, DriveType, StepperMode
 
 MINUS_HIGH, MINUS_LOW, PLUS_LOW, PLUS_HIGH, BRAKE_OPEN, BRAKE = 1, 2, 4, 8, 64, 128
 RAPID, CREEP = 200.0, 20.0

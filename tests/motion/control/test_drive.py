@@ -5,9 +5,10 @@ from typing import Any
 
 import pytest
 
+from achse.codes.nc.choices import ControllerType, DriveType
 from achse.motion import AxisParameters, Nc, commands
 from achse.motion.control.drive import characteristic
-from achse.motion.states import ControllerType, DriveOperationMode, DriveType
+from achse.motion.states import DriveOperationMode
 
 V = 200.0
 

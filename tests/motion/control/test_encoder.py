@@ -5,7 +5,7 @@ from typing import Any
 import pytest
 
 from achse.motion import AxisParameters, Nc, OperationModeBit, StateBit, commands
-from achse.motion.record import POSITION_HISTORY
+from achse.motion.fields.encoder import POSITION_HISTORY
 
 V = 200.0
 

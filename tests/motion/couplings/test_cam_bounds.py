@@ -7,6 +7,7 @@ from typing import Any
 
 import pytest
 
+from achse.codes.axis import StateBit
 from achse.motion import AxisParameters, Nc
 from achse.motion.couplings import cams
 from achse.motion.couplings.cams import (
@@ -27,7 +28,7 @@ from achse.motion.couplings.cams import (
 from achse.motion.record import CAM, CAM_LAW, LAYOUT
 from achse.motion.rows import NcRows
 from achse.motion.setpoints.limits import TOLERANCE
-from achse.motion.states import CamActivation, CamScaling, StateBit
+from achse.motion.states import CamActivation, CamScaling
 from achse.motion.tables.memory import BEGIN, COUNT, CYCLIC, HEADER, PERIOD, PIECE, STROKE
 from achse.native.declare import pack
 

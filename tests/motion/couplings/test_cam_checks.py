@@ -7,9 +7,11 @@ from typing import Any
 
 import pytest
 
+from achse.codes.axis import StartType
+from achse.codes.nc.choices import TableType
 from achse.motion import Axis, AxisParameters, Nc, commands
 from achse.motion.commands import CamDemand, Compensation
-from achse.motion.states import CamActivation, CamScaling, StartType, TableType
+from achse.motion.states import CamActivation, CamScaling
 from achse.motion.tables import TableError
 from achse.motion.tables.table import MOTION_POINT, PointActivation
 

@@ -8,19 +8,13 @@ from typing import Any
 import pytest
 
 from achse.codes import NcError
+from achse.codes.nc.choices import TableSubType, TableType
 from achse.motion import Axis, AxisParameters, Nc, StateBit, commands
 from achse.motion.commands import CamDemand
 from achse.motion.couplings.cams import base, master_position_of, part_at, planned, step
 from achse.motion.record import CAM_LAW
 from achse.motion.setpoints.setpoint import shift_setpoint
-from achse.motion.states import (
-    CamActivation,
-    CamOperation,
-    CamScaling,
-    SlaveType,
-    TableSubType,
-    TableType,
-)
+from achse.motion.states import CamActivation, CamOperation, CamScaling, SlaveType
 from achse.motion.tables import TableError
 from achse.motion.tables.table import TableScaling
 

@@ -12,19 +12,12 @@ from typing import Any
 import pytest
 
 from achse.codes import NcError
+from achse.codes.axis import StartType, StateBit
+from achse.codes.nc.choices import TableSubType, TableType
 from achse.motion import Axis, AxisParameters, Nc, commands
 from achse.motion.commands import CamDemand
 from achse.motion.setpoints.dynamics import fastest
-from achse.motion.states import (
-    CamActivation,
-    CamInterpolation,
-    CamScaling,
-    SlaveType,
-    StartType,
-    StateBit,
-    TableSubType,
-    TableType,
-)
+from achse.motion.states import CamActivation, CamInterpolation, CamScaling, SlaveType
 from achse.motion.tables import TableError
 from achse.motion.tables.memory import COUNT, HEADER, PIECE
 

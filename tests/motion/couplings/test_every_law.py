@@ -10,17 +10,12 @@ from math import pi, radians, sin
 
 import pytest
 
+from achse.codes.axis import MotionState, StateBit
+from achse.codes.nc.choices import MotionPhase, TableType
 from achse.motion import Axis, AxisParameters, Nc, commands
 from achse.motion.commands import CamDemand
 from achse.motion.commands.superposition import Compensation
-from achse.motion.states import (
-    DecouplingType,
-    MotionPhase,
-    MotionState,
-    SlaveType,
-    StateBit,
-    TableType,
-)
+from achse.motion.states import DecouplingType, SlaveType
 from achse.motion.tables import MOTION_POINT
 
 TABLE, FUNCTION = 7, 8

@@ -6,10 +6,12 @@ from random import Random
 import pytest
 
 from achse.codes import NcError
+from achse.codes.axis import StartType, StateBit
+from achse.codes.nc.choices import TableSubType, TableType
 from achse.motion import Axis, Nc, commands
 from achse.motion.commands import CamDemand
 from achse.motion.couplings.guard import check_step
-from achse.motion.states import CamActivation, StartType, StateBit, TableSubType, TableType
+from achse.motion.states import CamActivation
 from achse.motion.tables import TableError
 
 DT = 0.002

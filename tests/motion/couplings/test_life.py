@@ -5,9 +5,10 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from achse.codes import NcError
+from achse.codes.nc.choices import TableType
 from achse.motion import AxisParameters, Nc, StateBit, commands
 from achse.motion.commands.superposition import Compensation
-from achse.motion.states import DecouplingType, TableType
+from achse.motion.states import DecouplingType
 
 DT = 0.002
 VALUES = {

@@ -9,10 +9,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from achse.codes import NcError
+from achse.codes.nc.choices import TableType as Kind
 from achse.motion import Axis, AxisParameters, Nc, commands
 from achse.motion.commands import CamDemand
 from achse.motion.states import CamActivation, CamOperation, DecouplingType, SlaveType
-from achse.motion.states import TableType as Kind
 
 T = TypeVar("T")
 

@@ -2,8 +2,8 @@
 
 from typing import Any
 
+from achse.codes.nc.choices import MotionPhase
 from achse.motion.generators.coupled import step
-from achse.motion.states import MotionPhase
 
 
 def test_without_a_coupling_it_rests(rig: Any) -> None:

@@ -9,8 +9,8 @@ from typing import Any
 import pytest
 
 from achse.codes import NcError
+from achse.codes.axis import HomingState
 from achse.motion import Axis, MotionPhase, StateBit, commands
-from achse.motion.states import HomingState
 
 V = 30.0
 """Homing velocity of an axis, both ways, mm/s."""

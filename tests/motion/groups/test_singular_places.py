@@ -14,13 +14,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from achse.codes import NcError
+from achse.codes.nc.choices import MotionPhase
 from achse.motion import Axis, AxisParameters, Nc, commands
 from achse.motion.channels.parameters import ChannelParameters
 from achse.motion.groups.kinematic import KinematicGroup
 from achse.motion.groups.kinematics.table import KINEMATICS, KinematicsLaw
 from achse.motion.groups.parameters import GroupParameters, KinematicsParameters
 from achse.motion.groups.states import ChannelType, GroupType
-from achse.motion.states import MotionPhase
 
 CYCLE_NS = 2_000_000
 DT = CYCLE_NS / 1e9

@@ -6,11 +6,13 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
+from achse.codes.axis import StartType
+from achse.codes.nc.choices import MotionPhase
 from achse.devices.nc.axes.structures import NC_TO_PLC_TC3
 from achse.motion import Axis, AxisParameters, Nc, commands
 from achse.motion.readout.cyclic_image import IMAGE_BYTES, AxisImages, images_of
-from achse.motion.states import MotionPhase, StartType
-from achse.native.compiled import checked_builds, compiler_installed
+from achse.native.backend.machine import compiler_installed
+from achse.native.compiled import checked_builds
 
 needs_compiler = pytest.mark.skipif(not compiler_installed(), reason="needs llvmlite")
 

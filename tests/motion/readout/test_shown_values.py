@@ -4,11 +4,11 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
+from achse.codes.nc.choices import MotionPhase
 from achse.devices.nc.axes.states import AXIS_STATES
 from achse.motion import Axis, AxisParameters, Nc
 from achse.motion.readout.shown_values import VALUES
-from achse.motion.states import MotionPhase
-from achse.native.compiled import compiler_installed
+from achse.native.backend.machine import compiler_installed
 from achse.native.memory import ComputedCell
 from achse.native.sampling import Sampler
 

@@ -7,6 +7,7 @@ from typing import Any
 import pytest
 
 from achse.codes import AlState, AlStatus
+from achse.codes.nc.choices import DriveType, EncoderType
 from achse.drive import Drive
 from achse.drive.machine import Encoder, Mechanics, Switches
 from achse.motion import Axis, AxisParameters, Nc
@@ -20,7 +21,6 @@ from achse.motion.servo import (
     Servos,
 )
 from achse.motion.servo.optional import ALL_PARTS, DriveParts
-from achse.motion.states import DriveType, EncoderType
 
 OUTPUTS = (0x6040, 0x6060, 0x6071, 0x607A, 0x60B8, 0x60FF)
 INPUTS = (0x6041, 0x6061, 0x6064, 0x6077, 0x60B9, 0x60BA, 0x60BB, 0x60FD)

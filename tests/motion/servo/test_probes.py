@@ -8,10 +8,11 @@ from hypothesis import strategies as st
 
 from achse.codes import NcError
 from achse.codes.axis import StartType
+from achse.codes.nc.choices import ReferenceMode
 from achse.drive.machine import Switches
 from achse.motion import commands
-from achse.motion.record import TOUCH_PROBES
-from achse.motion.states import ReferenceMode, SignalSource
+from achse.motion.fields.encoder import TOUCH_PROBES
+from achse.motion.states import SignalSource
 from tests.motion.servo.conftest import INPUTS, Bench
 
 COUNTS = 13_107.2

@@ -5,9 +5,10 @@ from typing import Any
 
 import pytest
 
+from achse.codes.axis import StateBit
+from achse.codes.nc.choices import MotionPhase
 from achse.motion import commands
 from achse.motion.setpoints.dynamics import fastest, fault_deceleration, fault_jerk, run_out
-from achse.motion.states import MotionPhase, StateBit
 
 STEEP = 1e5
 """Jerk of the running command; the axis has 2250 mm/s³ by default."""

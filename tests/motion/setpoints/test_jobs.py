@@ -2,10 +2,10 @@
 
 from math import inf
 
+from achse.codes.axis import BufferMode, StartType
 from achse.motion.fields.job import JobProgress, JobRequest
 from achse.motion.record import JOB
 from achse.motion.setpoints.jobs import copy_request, set_request
-from achse.motion.states import BufferMode, StartType
 from achse.native.declare import plain_record
 
 Job = plain_record(JOB)

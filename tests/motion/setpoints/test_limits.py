@@ -5,6 +5,8 @@ from typing import Any
 
 import pytest
 
+from achse.codes.axis import StartType
+from achse.codes.nc.choices import MotionPhase
 from achse.motion import commands
 from achse.motion.setpoints.dynamics import fastest, fault_deceleration
 from achse.motion.setpoints.limits import (
@@ -17,7 +19,6 @@ from achse.motion.setpoints.limits import (
     running_into,
     table_passes,
 )
-from achse.motion.states import MotionPhase, StartType
 
 V = 100.0
 

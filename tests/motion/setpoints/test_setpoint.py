@@ -9,6 +9,7 @@ from typing import Any
 import pytest
 
 from achse.codes import NcError
+from achse.codes.nc.choices import MotionPhase
 from achse.motion import (
     BufferMode,
     CommandState,
@@ -22,7 +23,6 @@ from achse.motion.features import Feature
 from achse.motion.profiles.ramps import highest_velocity
 from achse.motion.setpoints.dynamics import fault_deceleration, fault_jerk
 from achse.motion.setpoints.setpoint import arrived, drop_job, fail, stop_fast
-from achse.motion.states import MotionPhase
 
 V, A, J = 200.0, 1500.0, 2250.0
 DT = 0.002

@@ -6,7 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from achse.motion.states import CamInterpolation, TableSubType, TableType
+from achse.codes.nc.choices import TableSubType, TableType
+from achse.motion.states import CamInterpolation
 from achse.motion.tables import Table
 from achse.motion.tables.block import LEAST_ROWS, block_size, write_block
 from achse.motion.tables.memory import BEGIN, COUNT, CYCLIC, HEADER, PERIOD, PIECE, STEP, STROKE

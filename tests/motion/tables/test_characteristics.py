@@ -6,9 +6,9 @@ from typing import Any
 import pytest
 
 from achse.codes import NcError
+from achse.codes.nc.choices import TableSubType, TableType
 from achse.motion import Axis, AxisParameters, Nc, commands
 from achse.motion.elements import choose_control_loop
-from achse.motion.states import TableSubType, TableType
 from achse.motion.tables import Table, TableError, TableParameters
 
 VALVE = [(-1.0, -1.0), (-0.1, -0.4), (0.0, 0.0), (0.1, 0.5), (1.0, 1.0)]

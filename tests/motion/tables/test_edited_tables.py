@@ -5,9 +5,10 @@ from dataclasses import replace
 import pytest
 
 from achse.codes import NcError
+from achse.codes.nc.choices import TableSubType, TableType
 from achse.motion import AxisParameters, Nc, StateBit, commands
 from achse.motion.commands import CamDemand
-from achse.motion.states import CamActivation, TableSubType, TableType
+from achse.motion.states import CamActivation
 from achse.motion.tables import TableError
 from achse.motion.tables.table import MOTION_POINT, PointActivation
 

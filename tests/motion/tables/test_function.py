@@ -11,11 +11,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from achse.codes import NcError
+from achse.codes.axis import StateBit
+from achse.codes.nc.choices import TableType
 from achse.motion import Nc, commands
 from achse.motion.laws.element import ELEMENT, element_values, elements_of
 from achse.motion.laws.table import LAWS, MotionLaw
 from achse.motion.record import CAM
-from achse.motion.states import CamActivation, SlaveType, StateBit, TableType
+from achse.motion.states import CamActivation, SlaveType
 from achse.motion.tables import MOTION_POINT, Tables
 from achse.motion.tables.errors import TableError
 from achse.motion.tables.function import (

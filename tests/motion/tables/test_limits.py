@@ -3,7 +3,7 @@
 import pytest
 
 from achse.codes import NcError
-from achse.motion.states import TableType
+from achse.codes.nc.choices import TableType
 from achse.motion.tables import Table, TableError
 from achse.motion.tables import limits as limits_module
 from achse.motion.tables.limits import TableLimits

@@ -7,9 +7,10 @@ from typing import Any
 import pytest
 
 from achse.codes import NcError
+from achse.codes.nc.choices import TableSubType, TableType
 from achse.motion import AxisParameters, Nc, commands
 from achse.motion.commands import CamDemand
-from achse.motion.states import CamActivation, CamInterpolation, CamScaling, TableSubType, TableType
+from achse.motion.states import CamActivation, CamInterpolation, CamScaling
 from achse.motion.tables import Table, TableError, TableParameters, Tables, store
 from achse.motion.tables.limits import TableLimits
 from achse.motion.tables.memory import HEADER, PIECE

@@ -6,8 +6,9 @@ from array import array
 import pytest
 
 from achse.codes import NcError
-from achse.motion.states import TableSubType, TableType
-from achse.motion.tables.table import MOTION_POINT, Table, TableError, TableScaling
+from achse.codes.nc.choices import TableSubType, TableType
+from achse.motion.tables.errors import TableError
+from achse.motion.tables.table import MOTION_POINT, Table, TableScaling
 
 
 def table(

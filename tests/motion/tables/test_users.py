@@ -3,10 +3,10 @@
 from types import SimpleNamespace
 from typing import Any
 
+from achse.codes.nc.choices import TableType
 from achse.motion import AxisParameters, Nc, commands
 from achse.motion.commands import CamDemand
 from achse.motion.record import CAM
-from achse.motion.states import TableType
 from achse.motion.tables.users import at_work, cams_in_use
 
 

@@ -10,7 +10,8 @@ from hypothesis import strategies as st
 
 from achse.native.compiled import Kernel, checked_builds
 from achse.native.declare import Slot, assign, lay_out, pack, reference, reset, within
-from achse.native.kernels.translate import TranslationError, translate
+from achse.native.kernels.arithmetic import TranslationError
+from achse.native.kernels.translate import translate
 from achse.native.memory import Rows, RowView, structure_of
 
 

@@ -4,7 +4,8 @@ from typing import Any
 
 import pytest
 
-from achse.native.kernels.translate import TranslationError, translate
+from achse.native.kernels.arithmetic import TranslationError
+from achse.native.kernels.translate import translate
 
 COUNTING = """
 def run(n: int) -> int:

@@ -9,7 +9,8 @@ import pytest
 
 from achse.native.backend import ADDRESS, F64, I64, FunctionSignature
 from achse.native.declare import RecordLayout
-from achse.native.kernels.translate import ENTRY, TranslationError, interface_of, translate
+from achse.native.kernels.arithmetic import TranslationError
+from achse.native.kernels.translate import ENTRY, interface_of, translate
 
 
 class Wheel:

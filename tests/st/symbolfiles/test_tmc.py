@@ -7,8 +7,8 @@ from datetime import timedelta
 import pytest
 
 from achse.iec import ArrayType, EnumType, InterfaceType, StructType, SubrangeType, plain
+from achse.iec.derived import OpaqueType
 from achse.iec.structs import RecordKind
-from achse.iec.typetable import OpaqueType
 from achse.iec.variables import Address, Section
 from achse.st.lexis.source import SourceError
 from achse.st.symbolfiles import SymbolFile, read_tmc

@@ -7,7 +7,8 @@ import pytest
 
 from achse.codes.axis import StartType
 from achse.motion import commands
-from achse.station.configuration.station_file import ConfigError, parse
+from achse.station.configuration.station_file import parse
+from achse.station.configuration.types import ConfigError
 from achse.station.station import Station
 from tests.station.drive_stations import AXIS, drive_station, enable_axes
 

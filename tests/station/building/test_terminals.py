@@ -11,7 +11,8 @@ from achse.ethercat.terminals import AnalogTerminal, DigitalTerminal
 from achse.motion import commands
 from achse.station import Station
 from achse.station.building.terminals import TerminalBus
-from achse.station.configuration.station_file import ConfigError, parse
+from achse.station.configuration.station_file import parse
+from achse.station.configuration.types import ConfigError
 
 PROGRAM = """
 PROGRAM MAIN

@@ -11,8 +11,9 @@ from achse.ethercat.master.esi_reader import EsiError
 from achse.ethercat.virtual import VirtualDevice
 from achse.station import Station
 from achse.station.buses.esi_terminals import make_esi_terminal
-from achse.station.configuration.station_file import ConfigError, parse
+from achse.station.configuration.station_file import parse
 from achse.station.configuration.terminal import TerminalConfig
+from achse.station.configuration.types import ConfigError
 from tests.ethercat.virtual.esi_text import ANALOG, COUPLER, DIGITAL_IN, DIGITAL_OUT, esi
 
 PROGRAM = """

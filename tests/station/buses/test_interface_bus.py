@@ -24,7 +24,8 @@ from achse.station.buses.frame_link import BusLink
 from achse.station.buses.interface_bus import InterfaceBus
 from achse.station.buses.interface_pair import BusSocket, InterfacePair
 from achse.station.buses.plan import BusPlan
-from achse.station.configuration.station_file import ConfigError, parse
+from achse.station.configuration.station_file import parse
+from achse.station.configuration.types import ConfigError
 from achse.station.station import Station
 from achse.transport.ethernet import LinkError
 

@@ -6,7 +6,8 @@ import pytest
 
 from achse.motion.servo import ServoMode
 from achse.station.configuration.fmu import FmuAxisConfig, FmuConfig
-from achse.station.configuration.station_file import ConfigError, parse
+from achse.station.configuration.station_file import parse
+from achse.station.configuration.types import ConfigError
 
 AXIS = {"axis": 1, "command": "u", "position": "y"}
 

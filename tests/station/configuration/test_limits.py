@@ -11,8 +11,9 @@ from hypothesis import strategies as st
 from achse.server import ClientLimits
 from achse.station import ConfigError
 from achse.station.configuration.limits import LimitsConfig
+from achse.station.configuration.network import RouterConfig
 from achse.station.configuration.schema import descriptions_of
-from achse.station.configuration.station_file import RouterConfig, parse
+from achse.station.configuration.station_file import parse
 
 MINIMA = {
     each.name: each.metadata["minimum"]

@@ -4,7 +4,8 @@ import pytest
 from pydantic import ValidationError
 
 from achse.station.configuration.modbus import ModbusConfig
-from achse.station.configuration.station_file import ConfigError, parse
+from achse.station.configuration.station_file import parse
+from achse.station.configuration.types import ConfigError
 
 
 def test_without_lines_this_computer_alone() -> None:

@@ -5,7 +5,8 @@ from typing import Any
 import pytest
 
 from achse.station.configuration.plc import PlcConfig
-from achse.station.configuration.station_file import ConfigError, parse
+from achse.station.configuration.station_file import parse
+from achse.station.configuration.types import ConfigError
 
 
 @pytest.mark.parametrize(

@@ -4,7 +4,8 @@ from typing import Any
 import pytest
 
 from achse.station import Station
-from achse.station.configuration.station_file import ConfigError, load, parse
+from achse.station.configuration.station_file import load, parse
+from achse.station.configuration.types import ConfigError
 
 
 def faults(document: dict[str, object]) -> list[str]:

@@ -2,8 +2,9 @@
 
 import pytest
 
-from achse.station.configuration.station_file import ConfigError, parse
+from achse.station.configuration.station_file import parse
 from achse.station.configuration.terminal import TerminalConfig
+from achse.station.configuration.types import ConfigError
 
 
 def test_channels_unless_given() -> None:

@@ -4,7 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from achse.station.configuration.station_file import ConfigError, load
+from achse.station.configuration.station_file import load
+from achse.station.configuration.types import ConfigError
 
 
 def test_a_file_that_is_no_toml_is_named(tmp_path: Path) -> None:

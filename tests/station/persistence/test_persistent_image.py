@@ -9,7 +9,8 @@ from achse.motion import Nc
 from achse.motion.nc import AxisParameters
 from achse.motion.retained import RetainedState
 from achse.plc import PlcRuntime, Task
-from achse.plc.retention.remains import KeptVariable, Lead, kept_variables
+from achse.plc.retention.remains import kept_variables
+from achse.plc.retention.retained import KeptVariable, Lead
 from achse.station.persistence.persistent_image import (
     PersistentImage,
     PersistentLayout,

@@ -7,8 +7,8 @@ from typing import Any
 
 from achse.client import connect
 from achse.client.links.link import TcpDialer
+from achse.codes.station import SERVICE_PORT
 from achse.devices.slave_service import STATES
-from achse.devices.station import SERVICE_PORT
 from achse.drive import Drive
 from achse.ethercat import Loopback, Segment, Slave
 from achse.station.slaves.control_port import ControlPort

@@ -5,7 +5,7 @@ from math import nan
 
 import pytest
 
-from achse.motion.states import MotionPhase
+from achse.codes.nc.choices import MotionPhase
 from achse.swarm.motion.checks import CHECKS, NAMES, describe
 from achse.swarm.motion.step import STEP, MotionStep, set_limits
 

@@ -3,9 +3,10 @@
 from collections import Counter
 from typing import Any
 
+from achse.codes.axis import BufferMode
+from achse.codes.nc.choices import MotionPhase
 from achse.motion import AxisParameters, Nc
 from achse.motion.setpoints.dynamics import fastest
-from achse.motion.states import BufferMode, MotionPhase
 from achse.swarm.plans.chain import command, draw_axis, expect
 from achse.swarm.plans.judge import PLAN
 from achse.swarm.plans.numbers import DRAWS, begin_draws

@@ -8,8 +8,6 @@ from collections.abc import Callable
 
 from achse.ams import AmsAddress, Connection, Frame, NetId, TcpCommand, TcpMessage
 
-__all__ = ["Caller"]
-
 log = logging.getLogger("achse.client")
 
 

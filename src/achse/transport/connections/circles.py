@@ -4,8 +4,6 @@ import logging
 
 from achse.ams import AmsAddress, Frame
 
-__all__ = ["CircleWarning"]
-
 log = logging.getLogger("achse.tcp")
 
 _AGAIN_NS = 10_000_000_000

@@ -7,8 +7,6 @@ from typing import Any, cast
 
 from achse.transport.connections.peer import Peer
 
-__all__ = ["TcpConnection"]
-
 _KEEPALIVE = {"TCP_KEEPIDLE": 30, "TCP_KEEPINTVL": 10, "TCP_KEEPCNT": 3}
 """Seconds of silence before a peer is asked whether it is still there, and between such questions;
 how many may stay unanswered. A peer that vanished without a word is gone after a minute."""

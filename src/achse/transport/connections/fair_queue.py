@@ -11,8 +11,6 @@ from collections import deque
 from collections.abc import Callable
 from typing import Protocol
 
-__all__ = ["SLICE_S", "TURN_S", "FairQueue", "Worker"]
-
 SLICE_S = 0.002
 """Time for one peer before another one's turn comes; a single request may take longer."""
 

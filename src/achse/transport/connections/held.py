@@ -2,8 +2,6 @@
 
 from typing import Protocol
 
-__all__ = ["DEFAULT_MAX_HELD", "Held", "Holder"]
-
 DEFAULT_MAX_HELD = 256 * 1024 * 1024
 """Bytes; four times the longest packet."""
 

@@ -13,8 +13,6 @@ from achse.transport.connections.held import Held
 if TYPE_CHECKING:
     from achse.transport.connections.peer import Peer
 
-__all__ = ["Line", "PeerOwner", "Timer", "Turns"]
-
 
 class Line(Protocol):
     """Carrier of bytes to a peer, in order."""

@@ -2,8 +2,6 @@
 
 from collections import deque
 
-__all__ = ["Outbox"]
-
 _HOLD = 0.01
 """Seconds that notifications wait behind the answer to an Add: pyads and others drop a sample that
 comes before they have noted its handle."""

@@ -29,14 +29,12 @@ from achse.router.routes import Admission, Route
 from achse.transport.connections.circles import CircleWarning
 from achse.transport.connections.known.frames import KnownFrames
 from achse.transport.connections.known.single import HEAD, SMALL_PORTION
-from achse.transport.connections.line import Line, PeerOwner, Timer, Turns
+from achse.transport.connections.line import Line, PeerOwner
 from achse.transport.connections.port_service import serve_ports
 from achse.transport.connections.repeated import REQUEST_SIZE, RepeatedReads
 from achse.transport.connections.sender_rights import SenderRights, missing_route
 from achse.transport.connections.senders import Senders
 from achse.transport.connections.writer import CONGESTED, PeerWriter
-
-__all__ = ["Line", "Peer", "PeerOwner", "Timer", "Turns"]
 
 log = logging.getLogger("achse.tcp")
 

@@ -10,8 +10,6 @@ from achse.ams import AmsAddress, RouterError, TcpCommand, TcpMessage
 if TYPE_CHECKING:
     from achse.transport.connections.peer import Peer
 
-__all__ = ["serve_ports"]
-
 _PORTS_PER_CONNECTION = 256
 """Local ports of one peer; the programs of a computer share a connection at times."""
 

@@ -15,8 +15,6 @@ from achse.ams.commands import READ, RESULT_LENGTH
 from achse.ams.frame import AMS_HEADER, TCP_HEADER
 from achse.router import Router
 
-__all__ = ["REQUEST_SIZE", "RepeatedReads"]
-
 _HEADERS = TCP_HEADER.size + AMS_HEADER.size
 _BEFORE = _HEADERS - 4
 """Bytes before the invoke id."""

@@ -5,8 +5,6 @@ import logging
 from achse.ams import AmsAddress, Command, Frame, NetId
 from achse.router.rights import ALL_RIGHTS, NO_RIGHTS, Right, needed_rights
 
-__all__ = ["SenderRights", "missing_route"]
-
 log = logging.getLogger("achse.tcp")
 
 

@@ -2,8 +2,6 @@
 
 from collections.abc import Iterator
 
-__all__ = ["MOST_SENDERS", "Senders"]
-
 MOST_SENDERS = 1024
 """More source addresses than this on one connection are not one client; the oldest is forgotten."""
 

@@ -6,8 +6,6 @@ from collections.abc import Callable, Iterable
 from achse.transport.connections.line import Line, PeerOwner
 from achse.transport.connections.outbox import Outbox
 
-__all__ = ["CONGESTED", "PeerWriter"]
-
 CONGESTED = 1024 * 1024
 """Bytes waiting for a peer at which devices keep notifications back."""
 

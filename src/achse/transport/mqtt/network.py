@@ -25,18 +25,6 @@ from achse.ams.mqtt import MqttTopics, RouterNote
 from achse.extras import needs_extra
 from achse.transport.secure.tls import HAS_PSK
 
-__all__ = [
-    "MQTT_SCHEMES",
-    "MqttError",
-    "MqttNetwork",
-    "MqttSettings",
-    "MqttTls",
-    "MqttUser",
-    "Session",
-    "is_broker_failure",
-    "mqtt_session",
-]
-
 log = logging.getLogger("achse.mqtt")
 
 MQTT_SCHEMES = ("mqtt://", "mqtts://")

@@ -19,8 +19,6 @@ from achse.transport.connections.held import Held
 from achse.transport.connections.peer import Peer
 from achse.transport.mqtt.network import MqttNetwork, MqttSettings, Session
 
-__all__ = ["MqttRoutes"]
-
 log = logging.getLogger("achse.mqtt")
 
 _MOST_STRANGERS = 64

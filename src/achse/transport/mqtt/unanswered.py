@@ -4,8 +4,6 @@ from achse.ams import Command, Flags, Frame
 from achse.ams.frame import AMS_HEADER
 from achse.codes import ReturnCode
 
-__all__ = ["Unanswered"]
-
 _MOST = 16_384
 """Requests that may be unanswered; the oldest is forgotten."""
 

@@ -27,16 +27,6 @@ from achse.router.routes import TlsKind
 from achse.transport.secure.own_certificate import names_of
 from achse.transport.secure.tls import ClientTls, ServerTls, Tls, TlsError
 
-__all__ = [
-    "HANDSHAKE_TIME",
-    "Credentials",
-    "Judge",
-    "SecureChannel",
-    "SecureClient",
-    "SecureError",
-    "SecureServer",
-]
-
 log = logging.getLogger("achse.secure")
 
 HANDSHAKE_TIME = 10.0

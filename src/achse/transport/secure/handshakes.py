@@ -9,8 +9,6 @@ from collections import deque
 from collections.abc import Callable, Iterator
 from typing import Protocol
 
-__all__ = ["SHARE", "Handshakes", "ShakingClient"]
-
 SHARE = 0.25
 """Of the time, for all handshakes together."""
 

@@ -28,8 +28,6 @@ from achse.transport.secure.password_checker import PasswordChecker
 from achse.transport.secure.tls import ServerTls, Tls
 from achse.transport.tcp.listener import TcpListener
 
-__all__ = ["SecureListener"]
-
 log = logging.getLogger("achse.secure")
 
 

@@ -12,8 +12,6 @@ from pathlib import Path
 from achse.ams.secure import fingerprint_of
 from achse.extras import needs_extra
 
-__all__ = ["CertificateError", "OwnCertificate", "names_of", "need_secure"]
-
 _KEY_BITS = 2048
 _YEARS = 20
 _LONGEST_NAME = 64

@@ -15,8 +15,6 @@ from typing import Any, Generic, NamedTuple, TypeVar
 
 from achse.transport.secure.password_queue import PasswordQueue
 
-__all__ = ["PasswordChecker"]
-
 log = logging.getLogger("achse.router")
 
 T = TypeVar("T")

@@ -13,8 +13,6 @@ from collections import OrderedDict
 from collections.abc import Callable
 from typing import Generic, TypeVar
 
-__all__ = ["PasswordQueue"]
-
 T = TypeVar("T")
 
 _HOSTS = 256

@@ -19,15 +19,6 @@ from typing import Any, Protocol
 
 from achse.transport.secure.own_certificate import CertificateError, OwnCertificate, need_secure
 
-__all__ = [
-    "HAS_PSK",
-    "ClientTls",
-    "ServerTls",
-    "Tls",
-    "TlsError",
-    "offered_suites",
-]
-
 log = logging.getLogger("achse.secure")
 
 HAS_PSK = bool(getattr(ssl, "HAS_PSK", False))

@@ -13,9 +13,7 @@ from achse.ams.commands import AddNotificationRequest, DataResponse, ResultRespo
 from achse.ams.notification import encode_stream
 from achse.ams.serial import MAX_PACKET, SerialEnd
 from achse.codes import ReturnCode
-from achse.transport.connections.peer import Timer, Turns
-
-__all__ = ["LONGEST_SAMPLE", "SerialCarrier", "SerialLine"]
+from achse.transport.connections.line import Timer, Turns
 
 log = logging.getLogger("achse.serial")
 

@@ -12,8 +12,6 @@ from urllib.parse import parse_qsl
 
 from achse.extras import needs_extra
 
-__all__ = ["SCHEME", "Parity", "SerialPort", "SerialPortError", "open_serial_port"]
-
 SCHEME = "serial:"
 """Prefix that marks the name of a serial port in a place that also accepts a host."""
 

@@ -19,8 +19,6 @@ from achse.transport.reason import reason
 from achse.transport.serial.carrier import SerialCarrier, SerialLine
 from achse.transport.serial.port import SerialPort, SerialPortError, open_serial_port
 
-__all__ = ["ServedPort", "ServedSerialPorts"]
-
 log = logging.getLogger("achse.serial")
 
 _FIRST_PAUSE, _LONGEST_PAUSE = 0.1, 5.0

@@ -12,8 +12,6 @@ from collections.abc import Callable, Iterable
 
 from achse.transport.reason import reason
 
-__all__ = ["Acceptor"]
-
 _AT_ONCE = 64
 """Connections accepted between two looks of the loop at its sockets."""
 

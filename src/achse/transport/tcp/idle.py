@@ -10,8 +10,6 @@ from collections.abc import Callable
 from achse.router import Router
 from achse.transport.connections.peer import Peer
 
-__all__ = ["IdleConnections", "seconds_without_data"]
-
 MUTE_TIME = 1.0
 """Seconds that a connection without any frame is spared, unless `_LOOKS` others came after it."""
 

@@ -22,8 +22,6 @@ from achse.transport.tcp.acceptor import Acceptor
 from achse.transport.tcp.idle import IdleConnections
 from achse.transport.tcp.refusal import NO_ROOM, RefusedConnections
 
-__all__ = ["TCP_PORT", "TcpListener"]
-
 log = logging.getLogger("achse.tcp")
 
 TCP_PORT = 48898

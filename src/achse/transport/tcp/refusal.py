@@ -10,8 +10,6 @@ from achse.ams import Command, Flags, Frame
 from achse.ams.frame import AMS_HEADER, TCP_HEADER
 from achse.codes import ReturnCode
 
-__all__ = ["NO_ROOM", "RefusedConnections"]
-
 NO_ROOM = ReturnCode.ROUTER_NO_MORE_QUEUES
 """0x508: what a router answers that has no more ports to give (000 §7, 002 §8)."""
 

@@ -13,9 +13,8 @@ from achse.router.forwarding.ledger import Resource
 from achse.router.forwarding.restoring import LinkMemory
 from achse.router.rights import Right
 from achse.router.routes import Admission, Route
-from achse.transport.connections.peer import Peer, PeerOwner
-
-__all__ = ["DialOwner", "DialledPeer"]
+from achse.transport.connections.line import PeerOwner
+from achse.transport.connections.peer import Peer
 
 
 class DialOwner(PeerOwner, Protocol):

@@ -12,8 +12,6 @@ from collections.abc import Callable, Sequence
 
 from achse.router.routes import Route, RouteTable
 
-__all__ = ["HostNames", "addresses_of"]
-
 log = logging.getLogger("achse.router")
 
 _AGAIN = 60.0

@@ -6,8 +6,6 @@ from achse.ams import Connection, Frame, NetId
 from achse.ams.connection import Event
 from achse.transport.uplinks.dialled import DialledPeer, DialOwner
 
-__all__ = ["NatPeer"]
-
 
 class NatPeer(DialledPeer):
     """`ours` is the NetId that we use for it, `theirs` the one that it has itself."""

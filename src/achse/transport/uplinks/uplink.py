@@ -17,11 +17,10 @@ from achse.router.forwarding.restoring import LinkMemory
 from achse.router.routes import Route
 from achse.transport.connections.fair_queue import FairQueue
 from achse.transport.connections.held import Held
-from achse.transport.connections.peer import Peer, Timer, Turns
+from achse.transport.connections.line import Timer, Turns
+from achse.transport.connections.peer import Peer
 from achse.transport.uplinks.dialled import DialledPeer
 from achse.transport.uplinks.nat import NatPeer
-
-__all__ = ["Uplink"]
 
 log = logging.getLogger("achse.uplink")
 

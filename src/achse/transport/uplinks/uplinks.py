@@ -16,8 +16,6 @@ from achse.transport.reason import reason
 from achse.transport.secure.channel import Credentials, SecureClient, SecureError
 from achse.transport.uplinks.uplink import Uplink
 
-__all__ = ["Uplinks"]
-
 
 class Uplinks:
     """The uplinks of a router, one for each route of its table, from `start` to `close`."""

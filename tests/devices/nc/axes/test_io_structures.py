@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from achse.motion.states import AxisType, DriveType
+from achse.codes.nc.choices import AxisType, DriveType
 
 ENCODER, DRIVE, AXIS = 0x5301, 0x7301, 0x4301
 

@@ -5,8 +5,8 @@ from typing import Any
 
 import pytest
 
+from achse.codes.nc.choices import DriveType, EncoderType
 from achse.devices.nc.axes.terminals import RegisterTerminal, note_output, shown_input, terminal_of
-from achse.motion.states import DriveType, EncoderType
 
 FUNCTION, ENCODER, DRIVE, BITS, INPUT = 0x4201, 0x5301, 0x7301, 0x01, 0x80
 STEPPER = {"drive_type": DriveType.KL2531_KL2541}

@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from achse.motion.states import StateBit
+from achse.codes.axis import StateBit
 
 F, G, S, C = 0x4203, 0x3203, 0x4103, 0x4303
 """Axis 3 is the slave; axis 1 its master."""

@@ -6,6 +6,7 @@ import pytest
 
 from achse.ams import DeviceError
 from achse.codes import NcError, ReturnCode
+from achse.codes.nc.choices import TableType
 from achse.devices.nc.tables.places import (
     Numbers,
     TablePlace,
@@ -14,7 +15,6 @@ from achse.devices.nc.tables.places import (
     check_row,
     check_whole,
 )
-from achse.motion.states import TableType
 from achse.motion.tables import TableError, Tables
 
 

@@ -7,6 +7,7 @@ from typing import Any
 import pytest
 
 from achse.codes import NcError
+from achse.codes.nc.choices import TableType
 from achse.motion import AxisParameters, Nc, commands
 from achse.motion.commands import CamDemand
 from achse.motion.commands.slaves.cams import (
@@ -22,7 +23,7 @@ from achse.motion.couplings.cams import master_position_of, names_of
 from achse.motion.record import CAM
 from achse.motion.rows import NcRows
 from achse.motion.setpoints.setpoint import shift_setpoint
-from achse.motion.states import CamActivation, CamOperation, CamScaling, TableType
+from achse.motion.states import CamActivation, CamOperation, CamScaling
 from achse.motion.tables.memory import BEGIN, CYCLIC, PERIOD
 
 VALUES = {"control_dword": 7, "velocity_override": 1_000_000}

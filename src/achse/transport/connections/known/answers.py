@@ -30,8 +30,6 @@ if TYPE_CHECKING:
     from achse.router.forwarding import Forwarding
     from achse.transport.connections.peer import Peer
 
-__all__ = ["KnownAnswers"]
-
 _NOTIFICATION = int(Command.NOTIFICATION)
 
 _ANSWERED = (int(Command.READ), int(Command.WRITE), int(Command.READ_WRITE))

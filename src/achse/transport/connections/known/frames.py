@@ -16,8 +16,6 @@ from achse.transport.connections.known.single import (
 if TYPE_CHECKING:
     from achse.transport.connections.peer import Peer
 
-__all__ = ["KnownFrames"]
-
 
 class KnownFrames:
     """Requests of known clients that come by a connection, and answers to requests that went by it.

@@ -12,8 +12,6 @@ from achse.transport.connections.known.single import HEAD_SIZE, HEADERS_SIZE, MO
 if TYPE_CHECKING:
     from achse.transport.connections.peer import Peer
 
-__all__ = ["KnownHeads"]
-
 K = TypeVar("K")
 
 

@@ -36,13 +36,6 @@ if TYPE_CHECKING:
     from achse.router.forwarding import Forwarding
     from achse.transport.connections.peer import Peer
 
-__all__ = [
-    "RUN",
-    "KnownRequests",
-    "KnownWay",
-    "frames_alike",
-]
-
 RUN = 4
 """Frames of one head that are worth to be taken apart together."""
 

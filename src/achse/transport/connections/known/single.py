@@ -24,18 +24,6 @@ if TYPE_CHECKING:
     from achse.transport.connections.known.requests import KnownWay
     from achse.transport.connections.peer import Peer
 
-__all__ = [
-    "HEAD",
-    "HEADERS_SIZE",
-    "HEAD_SIZE",
-    "MOST_HEADS",
-    "PORTION",
-    "SMALL_PORTION",
-    "PassOn",
-    "single_answer",
-    "single_request",
-]
-
 HEAD_SIZE = TCP_HEADER.size + AMS_HEADER.size - 4
 """Bytes of a frame before its invoke id."""
 
