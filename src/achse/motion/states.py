@@ -5,15 +5,18 @@ Source: 002 §6.5 and the cyclic axis interface (004 §5.1).
 
 from enum import IntEnum
 
-from achse.codes.nc.choices import (
-    DriveType,
-)
+from achse.codes import axis
+from achse.codes.nc import choices
+from achse.codes.nc.choices import DriveType
 
 
 def choices_of(unit: str) -> type[IntEnum] | None:
     """The enumeration that a field of the axis record has as its unit, if it has one."""
-    found = globals().get(unit)
-    return found if isinstance(found, type) else None
+    for names in (globals(), vars(choices), vars(axis)):
+        found = names.get(unit)
+        if isinstance(found, type):
+            return found
+    return None
 
 
 class EndPositionType(IntEnum):
