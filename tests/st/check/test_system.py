@@ -18,7 +18,8 @@ FUNCTION F : DINT VAR_IN_OUT x : ARRAY [*, *] OF INT; END_VAR
 END_FUNCTION
 """
 VARIABLES = """p : POINTER TO INT; n : INT; u : UDINT; st : ST; a : ARRAY [2..5] OF INT; b : BOOL;
-    r : REFERENCE TO INT; ia : I_A; ib : I_B; fb : FB; pfb : POINTER TO FB; s : STRING;"""
+    r : REFERENCE TO INT; ia : I_A; ib : I_B; fb : FB; pfb : POINTER TO FB; s : STRING;
+    rp : REFERENCE TO POINTER TO INT; rfb : REFERENCE TO FB;"""
 
 ROWS = [
     ("p := ADR(n);", "p := ADR(n);"),
@@ -43,6 +44,8 @@ ROWS = [
      "pfb := NEW(FB, callee.bInitRetains := True, callee.bInCopyCode := False, callee.n := 3);"),
     ("p := __NEW(n);", "fault: __NEW takes a type"),
     ("__DELETE(p);", "DELETE(p);"),
+    ("__DELETE(rp);", "DELETE(rp^);"),
+    ("__DELETE(rfb);", "DELETE(rfb);"),
     ("__DELETE(n);", "fault: __DELETE takes a pointer variable, got a INT"),
     ("b := __QUERYINTERFACE(ia, ib);", "b := QUERY(ia, ib, i_b);"),
     ("b := __QUERYINTERFACE(fb, ia);", "b := QUERY(ADR(fb), ia, i_a);"),
@@ -50,7 +53,7 @@ ROWS = [
     ("b := __QUERYINTERFACE(n, ia);",
      "fault: __QUERYINTERFACE takes an interface or a block, got a INT"),
     ("s := __POUNAME();", "s := b'MAIN';"),
-    ("s := __POSITION();", "s := b'Line 6, Column 6';"),
+    ("s := __POSITION();", "s := b'Line 7, Column 6';"),
 ]  # fmt: skip
 
 

@@ -204,9 +204,9 @@ class SystemOperators:
         body = self._body
         self._take("__DELETE", trees, 1, at)
         operand = body.expressions.operand(trees[0])
-        storage = operand.reference or operand.storage
-        if storage is None and isinstance(operand.flat, PointerType):
-            storage = body.paths.storage(operand, at)  # __DELETE(THIS)
+        storage = operand.reference
+        if isinstance(operand.flat, PointerType):
+            storage = body.paths.storage(operand, at)  # also THIS, a VAR_IN_OUT, a reference
         if storage is None or not isinstance(storage.type, PointerType):
             raise Unexpected(
                 at,
