@@ -8,6 +8,7 @@ from achse.st.files.solution import (
     AxisMapping,
     TaskOptions,
     axis_mappings,
+    link_files,
     solution_files,
     task_options,
     type_files,
@@ -94,6 +95,37 @@ def test_the_solution_is_in_the_folder_or_above(tmp_path: Path) -> None:
     (tmp_path / "M.tsproj").write_bytes(LINKS)
     (tmp_path / "a" / "N.TSPROJ").write_bytes(b"")
     assert list(solution_files(folder)) == [(b"", "N.TSPROJ"), (LINKS, "M.tsproj")]
+
+
+PARTS = {
+    "M.tsproj": b"""<TcSmProject><Project><Motion><NC File="NC.xti"/></Motion><Plc>
+<Project File="Plc &amp; Co.xti"/><Project File="Lost.xti"/><Project File="..\\Else.xti"/></Plc>
+</Project></TcSmProject>""",
+    "_Config/NC/nc.xti": b"""<TcSmItem><NC><SafTask/><Axis File="A 1.xti" Id="7"/><Axis Id="8">
+<Name>B</Name></Axis></NC><Mappings><OwnerA Name="SAF^Axes^B"><OwnerB Name="TIPC^P^P Instance">
+<Link VarA="Outputs^ToPlc" VarB="T Inputs^MAIN.b.NcToPlc"/></OwnerB></OwnerA></Mappings>
+</TcSmItem>""",
+    "_Config/PLC/Plc & Co.xti": b"""<TcSmItem><Project Name="P" PrjFilePath="P.plcproj"/><Mappings>
+<OwnerA Name="P Instance"><OwnerB Name="TINC^SAF^Axes^A 1">
+<Link VarA="T Inputs^MAIN.a.NcToPlc" VarB="Outputs^ToPlc"/></OwnerB></OwnerA></Mappings>
+</TcSmItem>""",
+    "_Config/Else.xti": b"not of the solution",
+}
+
+
+def test_links_of_plcs_and_an_nc_in_files_of_their_own(tmp_path: Path) -> None:
+    """Owners are in the place of their file; ids count for all files."""
+    for name, data in PARTS.items():
+        file = tmp_path / name
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_bytes(data)
+    (tmp_path / "Plc").mkdir()
+    files = list(link_files(tmp_path / "Plc"))
+    assert [name for _, name in files] == ["M.tsproj", "nc.xti", "Plc & Co.xti"]
+    assert axis_mappings(files) == (
+        AxisMapping("B", 8, "P", "MAIN.b.NcToPlc"),
+        AxisMapping("A 1", 7, "P", "MAIN.a.NcToPlc"),
+    )
 
 
 TYPES = b"""<TcSmProject><DataTypes><DataType><Name PersistentType="true">E_Kind</Name>

@@ -7,6 +7,9 @@ are in its `<Mappings>`, from one owner to another, in either order:
     <OwnerA Name="TIPC^Plc^Plc Instance"><OwnerB Name="TINC^NC-Task 1 SAF^Axes^Axis 1">
     <Link VarA="PlcTask Inputs^MAIN.Axis1.NcToPlc" VarB="Outputs^ToPlc"/></OwnerB></OwnerA>
 
+A PLC or NC with a file of its own (`_Config/PLC/Plc.xti`, `_Config/NC/NC.xti`) has its links there,
+in which its own place in the tree is left out: `<OwnerA Name="Plc Instance">`.
+
 Its type system has `<DataTypes>` of its own, and names further `.tmc` files:
 
     <AdditionalTmcFile Name="Alarms" File="Events\\Alarms.tmc"/>
@@ -17,10 +20,10 @@ Source: project files of TwinCAT 3.1 (build 4024), task tab of the system manage
 import re
 from collections.abc import Iterable, Iterator, Mapping
 from html import unescape
-from pathlib import Path
+from pathlib import Path, PureWindowsPath
 from typing import NamedTuple
 
-from achse.st.files.files import LEVELS_UP, content_of
+from achse.st.files.files import LEVELS_UP, content_of, without_case
 from achse.st.files.forms import Content, files_with
 
 _TASK = re.compile(rb"<Task\b([^>]*)>\s*<Name>\s*([^<]*?)\s*</Name>")
@@ -65,6 +68,18 @@ def solution_files(path: Path) -> Iterator[tuple[bytes, str]]:
         yield content_of(file, file.name), file.name
 
 
+def link_files(path: Path) -> Iterator[tuple[bytes, str]]:
+    """The solution's project and the files of its PLCs and NC, which have links of axes and ids."""
+    for file in _solutions(path):
+        data = content_of(file, file.name)
+        yield data, file.name
+        for tag, said in _PARTS.findall(data):
+            name = _plain(said)
+            part = without_case(file.parent / "_Config" / _FOLDERS[tag] / name)
+            if PureWindowsPath(name).name == name and "\0" not in name and part.is_file():
+                yield content_of(part, part.name), part.name
+
+
 def type_files(path: Path) -> Iterator[tuple[bytes, str]]:
     """The `.tmc` files of the solution's type system that are there, each with its name."""
     for file in _solutions(path):
@@ -94,6 +109,11 @@ class AxisMapping(NamedTuple):
 
 
 _MAPPINGS = re.compile(rb"<Mappings>.*?</Mappings>", re.DOTALL)
+_PARTS = re.compile(rb'<(NC|Project)\b[^>]*?\bFile="([^"]+)"')
+_FOLDERS = {b"NC": "NC", b"Project": "PLC"}
+_OWN_PLC = re.compile(rb"<Project\b([^>]*\bPrjFilePath=[^>]*)>")
+_ROOT = re.compile(r"TI[A-Z]{2}\Z")
+"""The begin of a place in the whole tree: TIPC, TINC, TIID, …"""
 _LINKS = re.compile(rb"<(/?)(OwnerA|OwnerB|Link)\b([^>]*)>")
 _TEXT = re.compile(rb'(\w+)="([^"]*)"')
 _AXIS = re.compile(rb"<Axis\b([^>]*)>(?:\s*<Name>([^<]*)</Name>)?")
@@ -104,8 +124,12 @@ _SIGNALS = ("outputs^toplc", "inputs^fromplc")
 def axis_mappings(files: Iterable[tuple[bytes, str]]) -> tuple[AxisMapping, ...]:
     """The links between PLCs and axes, in order of the files."""
     found: list[AxisMapping] = []
-    for data, _ in files:
-        ids = _axis_ids(data)
+    contents = [data for data, _ in files]
+    ids: dict[str, int] = {}
+    for data in contents:
+        ids = {**_axis_ids(data), **ids}
+    for data in contents:
+        within = _place_of(data)
         for section in _MAPPINGS.findall(data):
             owners: dict[bytes, list[str]] = {}
             for closes, tag, rest in _LINKS.findall(section):
@@ -113,7 +137,8 @@ def axis_mappings(files: Iterable[tuple[bytes, str]]) -> tuple[AxisMapping, ...]
                     continue
                 said = {key: _plain(value) for key, value in _TEXT.findall(rest)}
                 if tag != b"Link":
-                    owners[tag] = said.get(b"Name", "").split("^")
+                    owner = said.get(b"Name", "").split("^")
+                    owners[tag] = owner if _ROOT.match(owner[0]) else [*within, *owner]
                     continue
                 sides = (
                     (owners.get(b"OwnerA", [""]), said.get(b"VarA", "")),
@@ -125,6 +150,15 @@ def axis_mappings(files: Iterable[tuple[bytes, str]]) -> tuple[AxisMapping, ...]
                     if _is_link(plc, variable, nc, signal)
                 )
     return tuple(found)
+
+
+def _place_of(data: bytes) -> list[str]:
+    """The place in the tree that the owners of a file are in: that of its PLC, or the NC."""
+    own = _OWN_PLC.search(data)
+    if own is None:
+        return [_NC]
+    said = dict(_TEXT.findall(own.group(1)))
+    return [_PLC, _plain(said.get(b"Name", b""))]
 
 
 def _is_link(plc: list[str], variable: str, nc: list[str], signal: str) -> bool:

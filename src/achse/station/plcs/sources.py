@@ -118,10 +118,10 @@ class PlcSource:
         """
         if self.config.sources is None:
             return ()
-        from achse.st.files.solution import axis_mappings, solution_files
+        from achse.st.files.solution import axis_mappings, link_files
 
         root = self.base / self.config.sources
-        found = self._checked(".sources", lambda: axis_mappings(solution_files(root)))
+        found = self._checked(".sources", lambda: axis_mappings(link_files(root)))
         own = {root.stem.casefold(), root.absolute().parent.name.casefold()}
         return [each for each in found if each.plc.casefold() in own] or found
 
