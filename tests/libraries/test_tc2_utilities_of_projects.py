@@ -2,6 +2,7 @@
 
 import math
 import struct
+from binascii import crc_hqx
 from pathlib import Path
 from typing import Any
 
@@ -119,3 +120,28 @@ def test_what_a_plc_says_of_a_symbol(tmp_path: Path) -> None:
 def test_a_symbol_that_is_not_there(tmp_path: Path) -> None:
     ask = _symbol(tmp_path, "MAIN.nothing")
     assert (ask.BUSY, ask.ERR, ask.ERRID) == (False, True, 0x710)
+
+
+@pytest.fixture(scope="module")
+def sums() -> Ran:
+    return Ran(
+        "PROGRAM MAIN VAR data : ARRAY [0..9] OF BYTE; n : UDINT; first, whole, parts : WORD;"
+        " arg : T_Arg := (cbLen := 7); kind : INT; END_VAR"
+        " whole := F_DATA_TO_CRC16_CCITT(ADR(data), n, first);"
+        " parts := F_DATA_TO_CRC16_CCITT(ADR(data[1]), MAX(n, 1) - 1,"
+        " SEL(n = 0, F_BYTE_TO_CRC16_CCITT(data[0], first), first));"
+        " arg := EMPTY_ARG_VALUE; kind := arg.eType; END_PROGRAM"
+    )
+
+
+@given(data=st.binary(max_size=10), first=st.sampled_from([0, 0xFFFF]) | st.integers(0, 0xFFFF))
+@settings(max_examples=30, deadline=None)
+def test_crc_16_of_bytes_at_once_and_one_after_the_other(
+    sums: Ran, data: bytes, first: int
+) -> None:
+    main: Any = sums.plc.instance("MAIN")
+    main["data"], main["n"], main["first"] = list(data.ljust(10, b"x")), len(data), first
+    sums.cycle()
+    assert sums.plc.failure == ""
+    assert sums["whole"] == sums["parts"] == crc_hqx(data, first)
+    assert (sums["arg"]["cbLen"], sums["arg"]["pData"], sums["kind"]) == (0, 0, 0)
