@@ -6,9 +6,11 @@ import pytest
 
 from achse.st.files.solution import (
     AxisMapping,
+    ChannelMapping,
     TaskOptions,
     axis_mappings,
-    link_files,
+    channel_mappings,
+    mapping_files,
     solution_files,
     task_options,
     type_files,
@@ -80,6 +82,35 @@ def test_links_of_axes_from_both_sides() -> None:
     )
 
 
+def test_links_in_files_of_their_own(tmp_path: Path) -> None:
+    """A PLC's file has its links; ids of axes are in that of the NC."""
+    part = b'<Mappings><OwnerA Name="%s"><OwnerB Name="TINC^SAF^%s">%s</OwnerB></OwnerA></Mappings>'
+    link = b'<Link VarA="PlcTask Inputs^MAIN.%s" VarB="Outputs^ToPlc"/>'
+    (tmp_path / "M.tsproj").write_bytes(part % (b"TIPC^A^A Instance", b"Channel", link % b"c"))
+    for names, data in (
+        ("PLC/B.xti", part % (b"B Instance", b"Axes^X", link % b"x")),
+        ("PLC/C Instance.xti", part % (b"", b"Kin", link % b"k")),
+        ("PLC/D.xti", part % (b"D", b"Kin", link % b"k")),
+        ("PLC/E.txt", part % (b"E Instance", b"Kin", link % b"k")),
+        ("NC/NC.xti", b'<Axis File="X.xti" Id="9"/>'),
+    ):
+        file = tmp_path / "_Config" / names
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_bytes(data)
+    files = list(mapping_files(tmp_path))
+    assert axis_mappings(files) == (AxisMapping("X", 9, "B", "MAIN.x"),)
+    assert channel_mappings(files) == (
+        ChannelMapping("Channel", "A", "MAIN.c"),
+        ChannelMapping("Kin", "C", "MAIN.k"),
+    )
+
+
+@pytest.mark.parametrize("part", [b"<Mappings>", b"<Mappings></Mappings", b"<Link ", b"<Axis "])
+def test_repeated_parts_take_linear_time(part: bytes) -> None:
+    data = b"<Mappings>" + part * 200_000 + b"</Mappings>"
+    assert axis_mappings([(data, "a.tsproj")]) == ()
+
+
 @pytest.mark.parametrize(
     "data",
     [b"", b"<Mappings></Mappings>", b"<Mappings><Link/></Mappings>", b"<Mappings><OwnerA><OwnerB>"
@@ -95,37 +126,6 @@ def test_the_solution_is_in_the_folder_or_above(tmp_path: Path) -> None:
     (tmp_path / "M.tsproj").write_bytes(LINKS)
     (tmp_path / "a" / "N.TSPROJ").write_bytes(b"")
     assert list(solution_files(folder)) == [(b"", "N.TSPROJ"), (LINKS, "M.tsproj")]
-
-
-PARTS = {
-    "M.tsproj": b"""<TcSmProject><Project><Motion><NC File="NC.xti"/></Motion><Plc>
-<Project File="Plc &amp; Co.xti"/><Project File="Lost.xti"/><Project File="..\\Else.xti"/></Plc>
-</Project></TcSmProject>""",
-    "_Config/NC/nc.xti": b"""<TcSmItem><NC><SafTask/><Axis File="A 1.xti" Id="7"/><Axis Id="8">
-<Name>B</Name></Axis></NC><Mappings><OwnerA Name="SAF^Axes^B"><OwnerB Name="TIPC^P^P Instance">
-<Link VarA="Outputs^ToPlc" VarB="T Inputs^MAIN.b.NcToPlc"/></OwnerB></OwnerA></Mappings>
-</TcSmItem>""",
-    "_Config/PLC/Plc & Co.xti": b"""<TcSmItem><Project Name="P" PrjFilePath="P.plcproj"/><Mappings>
-<OwnerA Name="P Instance"><OwnerB Name="TINC^SAF^Axes^A 1">
-<Link VarA="T Inputs^MAIN.a.NcToPlc" VarB="Outputs^ToPlc"/></OwnerB></OwnerA></Mappings>
-</TcSmItem>""",
-    "_Config/Else.xti": b"not of the solution",
-}
-
-
-def test_links_of_plcs_and_an_nc_in_files_of_their_own(tmp_path: Path) -> None:
-    """Owners are in the place of their file; ids count for all files."""
-    for name, data in PARTS.items():
-        file = tmp_path / name
-        file.parent.mkdir(parents=True, exist_ok=True)
-        file.write_bytes(data)
-    (tmp_path / "Plc").mkdir()
-    files = list(link_files(tmp_path / "Plc"))
-    assert [name for _, name in files] == ["M.tsproj", "nc.xti", "Plc & Co.xti"]
-    assert axis_mappings(files) == (
-        AxisMapping("B", 8, "P", "MAIN.b.NcToPlc"),
-        AxisMapping("A 1", 7, "P", "MAIN.a.NcToPlc"),
-    )
 
 
 TYPES = b"""<TcSmProject><DataTypes><DataType><Name PersistentType="true">E_Kind</Name>

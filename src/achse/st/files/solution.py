@@ -7,8 +7,8 @@ are in its `<Mappings>`, from one owner to another, in either order:
     <OwnerA Name="TIPC^Plc^Plc Instance"><OwnerB Name="TINC^NC-Task 1 SAF^Axes^Axis 1">
     <Link VarA="PlcTask Inputs^MAIN.Axis1.NcToPlc" VarB="Outputs^ToPlc"/></OwnerB></OwnerA>
 
-A PLC or NC with a file of its own (`_Config/PLC/Plc.xti`, `_Config/NC/NC.xti`) has its links there,
-in which its own place in the tree is left out: `<OwnerA Name="Plc Instance">`.
+A channel of the NC is `TINC^NC-Task 1 SAF^Channel`. Where a PLC project has a file of its own,
+`_Config/PLC/Plc.xti`, that has its links, and the owner is `Plc Instance`.
 
 Its type system has `<DataTypes>` of its own, and names further `.tmc` files:
 
@@ -20,13 +20,13 @@ Source: project files of TwinCAT 3.1 (build 4024), task tab of the system manage
 import re
 from collections.abc import Iterable, Iterator, Mapping
 from html import unescape
-from pathlib import Path, PureWindowsPath
+from pathlib import Path
 from typing import NamedTuple
 
-from achse.st.files.files import LEVELS_UP, content_of, without_case
+from achse.st.files.files import LEVELS_UP, content_of
 from achse.st.files.forms import Content, files_with
 
-_TASK = re.compile(rb"<Task\b([^>]*)>\s*<Name>\s*([^<]*?)\s*</Name>")
+_TASK = re.compile(rb"<Task\b([^<>]*)>\s*<Name>\s*([^<]*?)\s*</Name>")
 _TMC_FILE = re.compile(rb'<AdditionalTmcFile\b[^>]*\bFile="([^"]+)"')
 _ATTRIBUTE = re.compile(rb'(\w+)="([0-9]{1,9})"')
 _NO_EXCEPTIONS = re.compile(rb'\bDisableFpExceptions="(?:true|1)"', re.IGNORECASE)
@@ -68,18 +68,6 @@ def solution_files(path: Path) -> Iterator[tuple[bytes, str]]:
         yield content_of(file, file.name), file.name
 
 
-def link_files(path: Path) -> Iterator[tuple[bytes, str]]:
-    """The solution's project and the files of its PLCs and NC, which have links of axes and ids."""
-    for file in _solutions(path):
-        data = content_of(file, file.name)
-        yield data, file.name
-        for tag, said in _PARTS.findall(data):
-            name = _plain(said)
-            part = without_case(file.parent / "_Config" / _FOLDERS[tag] / name)
-            if PureWindowsPath(name).name == name and "\0" not in name and part.is_file():
-                yield content_of(part, part.name), part.name
-
-
 def type_files(path: Path) -> Iterator[tuple[bytes, str]]:
     """The `.tmc` files of the solution's type system that are there, each with its name."""
     for file in _solutions(path):
@@ -108,69 +96,132 @@ class AxisMapping(NamedTuple):
     """One structure: `MAIN.Axis1.NcToPlc`."""
 
 
-_MAPPINGS = re.compile(rb"<Mappings>.*?</Mappings>", re.DOTALL)
-_PARTS = re.compile(rb'<(NC|Project)\b[^>]*?\bFile="([^"]+)"')
-_FOLDERS = {b"NC": "NC", b"Project": "PLC"}
-_OWN_PLC = re.compile(rb"<Project\b([^>]*\bPrjFilePath=[^>]*)>")
-_ROOT = re.compile(r"TI[A-Z]{2}\Z")
-"""The begin of a place in the whole tree: TIPC, TINC, TIID, …"""
-_LINKS = re.compile(rb"<(/?)(OwnerA|OwnerB|Link)\b([^>]*)>")
+class ChannelMapping(NamedTuple):
+    """A variable of a PLC that is linked to a channel of the NC."""
+
+    channel: str
+    plc: str
+    """The project of the PLC."""
+    variable: str
+    """One structure: `MAIN.fromChannel`."""
+
+
+class Link(NamedTuple):
+    """Two variables of a solution that are linked, each with the path of its owner."""
+
+    owner: tuple[str, ...]
+    variable: str
+    other_owner: tuple[str, ...]
+    other_variable: str
+
+
+_BEGIN, _END = b"<Mappings>", b"</Mappings>"
+_LINKS = re.compile(rb"<(OwnerA|OwnerB|Link)\b([^<>]*)>")
 _TEXT = re.compile(rb'(\w+)="([^"]*)"')
-_AXIS = re.compile(rb"<Axis\b([^>]*)>(?:\s*<Name>([^<]*)</Name>)?")
-_PLC, _NC, _AXES = "TIPC", "TINC", "Axes"
+_AXIS = re.compile(rb"<Axis\b([^<>]*)>(?:\s*<Name>([^<]*)</Name>)?")
+PLC_OWNER, NC_OWNER = "TIPC", "TINC"
+"""First names of the paths of a PLC project, and of the NC."""
+_AXES = "Axes"
 _SIGNALS = ("outputs^toplc", "inputs^fromplc")
+_INSTANCE = " Instance"
+_OWN = ("", "__THIS__")
+"""Names of the owner whose file it is."""
+_CONFIG = ("_Config", "PLC"), ("_Config", "NC")
+_ITEM = ".xti"
+_MOST_ITEMS = 100
+
+
+def mapping_files(path: Path) -> Iterator[tuple[bytes, str]]:
+    """The files of a solution that may have links, with their names."""
+    for file in _solutions(path):
+        yield content_of(file, file.name), file.name
+        for names in _CONFIG:
+            folder = file.parent.joinpath(*names)
+            if folder.is_dir():
+                items = sorted(each for each in folder.iterdir() if each.suffix.lower() == _ITEM)
+                for item in items[:_MOST_ITEMS]:
+                    if item.is_file():
+                        yield content_of(item, item.name), item.name
+
+
+def links_of(data: bytes, name: str) -> Iterator[Link]:
+    """The links of a file, in its order; paths of owners are those that the `.tsproj` would have.
+
+    `name` is that of the file, which an owner without a name is.
+    """
+    end = 0
+    while (begin := data.find(_BEGIN, end)) >= 0 and (end := data.find(_END, begin)) >= 0:
+        owners: dict[bytes, tuple[str, ...]] = {}
+        for tag, rest in _LINKS.findall(data[begin:end]):
+            said = {key: _plain(value) for key, value in _TEXT.findall(rest)}
+            if tag != b"Link":
+                owners[tag] = _owner(said.get(b"Name", ""), name)
+                continue
+            yield Link(
+                *(owners.get(b"OwnerA", ("",)), said.get(b"VarA", "")),
+                *(owners.get(b"OwnerB", ("",)), said.get(b"VarB", "")),
+            )
+
+
+def _owner(path: str, file: str) -> tuple[str, ...]:
+    said = tuple(path.split("^"))
+    if len(said) > 1:
+        return said
+    of_file = file.rpartition(".")[0] if said[0] in _OWN else said[0]
+    project = of_file.removesuffix(_INSTANCE)
+    return (PLC_OWNER, project, of_file) if project != of_file else said
 
 
 def axis_mappings(files: Iterable[tuple[bytes, str]]) -> tuple[AxisMapping, ...]:
     """The links between PLCs and axes, in order of the files."""
-    found: list[AxisMapping] = []
-    contents = [data for data, _ in files]
+    known = list(files)
     ids: dict[str, int] = {}
-    for data in contents:
+    for data, _ in known:
         ids = {**_axis_ids(data), **ids}
-    for data in contents:
-        within = _place_of(data)
-        for section in _MAPPINGS.findall(data):
-            owners: dict[bytes, list[str]] = {}
-            for closes, tag, rest in _LINKS.findall(section):
-                if closes:
-                    continue
-                said = {key: _plain(value) for key, value in _TEXT.findall(rest)}
-                if tag != b"Link":
-                    owner = said.get(b"Name", "").split("^")
-                    owners[tag] = owner if _ROOT.match(owner[0]) else [*within, *owner]
-                    continue
-                sides = (
-                    (owners.get(b"OwnerA", [""]), said.get(b"VarA", "")),
-                    (owners.get(b"OwnerB", [""]), said.get(b"VarB", "")),
-                )
-                found += (
-                    AxisMapping(nc[-1], ids.get(nc[-1], 0), plc[1], variable.partition("^")[2])
-                    for (plc, variable), (nc, signal) in (sides, sides[::-1])
-                    if _is_link(plc, variable, nc, signal)
-                )
-    return tuple(found)
-
-
-def _place_of(data: bytes) -> list[str]:
-    """The place in the tree that the owners of a file are in: that of its PLC, or the NC."""
-    own = _OWN_PLC.search(data)
-    if own is None:
-        return [_NC]
-    said = dict(_TEXT.findall(own.group(1)))
-    return [_PLC, _plain(said.get(b"Name", b""))]
-
-
-def _is_link(plc: list[str], variable: str, nc: list[str], signal: str) -> bool:
-    """Return True for a link of a whole structure of an axis, to or from the NC."""
-    return (
-        plc[0] == _PLC
-        and len(plc) > 1
-        and nc[0] == _NC
-        and nc[-2:-1] == [_AXES]
-        and signal.lower() in _SIGNALS
-        and variable.count("^") == 1
+    return tuple(
+        AxisMapping(nc[-1], ids.get(nc[-1], 0), plc, variable)
+        for nc, plc, variable in _mapped(known)
+        if nc[-2:-1] == (_AXES,)
     )
+
+
+def channel_mappings(files: Iterable[tuple[bytes, str]]) -> tuple[ChannelMapping, ...]:
+    """The links between PLCs and channels of the NC, in order of the files."""
+    return tuple(
+        ChannelMapping(nc[2], plc, variable)
+        for nc, plc, variable in _mapped(files)
+        if len(nc) == _LEVEL_OF_CHANNELS
+    )
+
+
+_LEVEL_OF_CHANNELS = 3
+
+
+def is_nc_link(link: Link) -> bool:
+    """Return True for a link of a whole structure of an axis or a channel of the NC to a PLC."""
+    return any(True for _ in _sides(link))
+
+
+def _mapped(
+    files: Iterable[tuple[bytes, str]],
+) -> Iterator[tuple[tuple[str, ...], str, str]]:
+    """The owner of each structure of the NC, the project of the PLC, and the variable there."""
+    for data, name in files:
+        for link in links_of(data, name):
+            yield from _sides(link)
+
+
+def _sides(link: Link) -> Iterator[tuple[tuple[str, ...], str, str]]:
+    for plc, variable, nc, signal in (link, (*link[2:], *link[:2])):
+        if (
+            plc[0] == PLC_OWNER
+            and len(plc) > 1
+            and nc[0] == NC_OWNER
+            and (len(nc) == _LEVEL_OF_CHANNELS or nc[-2:-1] == (_AXES,))
+            and signal.lower() in _SIGNALS
+            and variable.count("^") == 1
+        ):
+            yield nc, plc[1], variable.partition("^")[2]
 
 
 def _axis_ids(data: bytes) -> Mapping[str, int]:

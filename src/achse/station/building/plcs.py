@@ -31,7 +31,8 @@ def make_plcs(building: Building) -> None:
     if building.nc is not None and building.plcs:
         mapped = {port: source.mapped_axes() for port, source in building.sources.items()}
         links.append(link_axes(building.nc, building.plcs, ground.config.axis, mapped))
-        links.append(link_channels(building.nc, building.plcs, ground.config.channel))
+        channels = {port: source.mapped_channels() for port, source in building.sources.items()}
+        links.append(link_channels(building.nc, building.plcs, ground.config.channel, channels))
     for port, plc in building.plcs.items():
         cycle_ns = math.gcd(*(task.cycle_ns for task in plc.tasks))
         own = [each[port] for each in links if port in each]

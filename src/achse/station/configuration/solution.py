@@ -28,7 +28,7 @@ from achse.st.files.files import content_of, files_below, text_of, without_case
 from achse.st.files.forms import Content, files_with, has_content
 from achse.st.lexis.source import SourceError
 from achse.st.lexis.xml import Element, parse_xml
-from achse.station.configuration.types import STATION_FILE, ConfigError
+from achse.station.configuration.types import LONGEST_NAME, STATION_FILE, ConfigError
 
 log = logging.getLogger("achse.station")
 
@@ -40,7 +40,6 @@ _OF_FILE = "__FILENAME__"
 """Name of an axis that has the name of its file."""
 _SOURCES = (Content.TEXT, Content.ENVELOPE, Content.EXPORT)
 _SHOWN = 5
-_LONGEST_NAME = 30
 _MOST_AXES = 255
 _ROOT = "TcSmProject"
 
@@ -224,7 +223,7 @@ def _of_solution(path: Path) -> dict[str, Any]:
     folder = path.absolute().parent
     files = _Files(path)
     project = root.find("Project") or root
-    document: dict[str, Any] = {"name": path.stem[:_LONGEST_NAME], "plc": []}
+    document: dict[str, Any] = {"name": path.stem[:LONGEST_NAME], "plc": []}
     plc = project.find("Plc")
     ports: set[int] = set()
     projects = [each for each in files_below(folder) if has_content(each, Content.PROJECT)]
@@ -303,7 +302,7 @@ def _whole(text: str) -> int:
 def _axis(element: Element, path: Path) -> dict[str, Any]:
     name = element.text_of("Name").strip()
     axis: dict[str, Any] = {"id": _whole(element.attributes.get("Id", ""))}
-    axis["name"] = name[:_LONGEST_NAME] or f"Axis {axis['id']}"
+    axis["name"] = name[:LONGEST_NAME] or f"Axis {axis['id']}"
     unit = _attribute(element, f"{_AXIS}/General", "UnitName")
     if unit:
         axis["unit"] = unit[:10]
@@ -328,7 +327,7 @@ def _tell_apart(axes: list[dict[str, Any]]) -> None:
     for axis in axes:
         if names[axis["name"]] > 1:
             end = f" {axis['id']}"
-            axis["name"] = axis["name"][: _LONGEST_NAME - len(end)] + end
+            axis["name"] = axis["name"][: LONGEST_NAME - len(end)] + end
 
 
 def _attribute(element: Element, path: str, name: str) -> str | None:

@@ -100,7 +100,10 @@ def _printable(value: str) -> str:
     return value
 
 
-DeviceName = Annotated[str, Field(max_length=30), AfterValidator(_printable)]
+LONGEST_NAME = 30
+"""Characters of the name of an axis, a group, a bus …"""
+
+DeviceName = Annotated[str, Field(max_length=LONGEST_NAME), AfterValidator(_printable)]
 """Name of an axis, a group, a bus …: up to 30 characters that can be shown."""
 
 

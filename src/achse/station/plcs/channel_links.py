@@ -9,7 +9,7 @@ the operation mode when the program changes it. Types are those of TwinCAT 3
 
 import logging
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from achse.devices.nc.channels.structures import (
     CHANNEL_TO_PLC_TC2,
@@ -27,8 +27,11 @@ from achse.plc import Area, PlcRuntime, PlcState
 from achse.plc.memory import Region
 from achse.plc.program import PlacedVariable
 from achse.station.configuration.group import ChannelConfig
-from achse.station.configuration.types import ConfigError
+from achse.station.configuration.types import LONGEST_NAME, ConfigError
 from achse.station.plcs.placed_structures import find_place, placed_structures
+
+if TYPE_CHECKING:
+    from achse.st.files.solution import ChannelMapping
 
 _TO_PLC = ("NCTOPLC_NCICHANNEL_REF", "NCTOPLC_CHANNELSTRUCT", "NCICHANNELTOPLC")
 _FROM_PLC = ("PLCTONC_NCICHANNEL_REF", "PLCTONC_CHANNELSTRUCT", "NCICHANNELFROMPLC")
@@ -190,11 +193,15 @@ class _Structures:
 
 
 def link_channels(
-    nc: Nc, plcs: Mapping[int, PlcRuntime], channels: Sequence[ChannelConfig]
+    nc: Nc,
+    plcs: Mapping[int, PlcRuntime],
+    channels: Sequence[ChannelConfig],
+    mapped: "Mapping[int, Sequence[ChannelMapping]] | None" = None,
 ) -> Mapping[int, ChannelLinks]:
     """The links of each PLC, by its port.
 
-    `plc` of a channel names its variables. Where the station has one channel, the only pair of
+    `plc` of a channel names its variables. Of the other channels those are linked that the solution
+    of a PLC maps (`mapped`, by port). Where the station has one channel, the only pair of
     structures (or the only one) belongs to it. What is left is told in the log. Raises ConfigError.
     """
     places = _Structures(nc, plcs)
@@ -203,6 +210,7 @@ def link_channels(
             key = f"channel[{number}].plc"
             port, name = find_place(given, key, places.there, plcs, _KINDS)
             places.link(port, name, config, key)
+    _link_mapped(places, [config for config in channels if not config.plc], mapped or {})
     free = places.free()
     ways = [each.to_plc for _, each in free]
     alone = len(channels) == 1 and not places.taken
@@ -214,3 +222,21 @@ def link_channels(
         names = ", ".join(each.name for _, each in free)
         log.warning('%s: no channel; link them by plc = ["…", "…"] of [[channel]]', names)
     return {port: ChannelLinks(plcs[port], names) for port, names in places.wanted.items() if names}
+
+
+def _link_mapped(
+    places: _Structures,
+    channels: Sequence[ChannelConfig],
+    mapped: "Mapping[int, Sequence[ChannelMapping]]",
+) -> None:
+    """Link the variables that the solutions map, to the channel of that name."""
+    by_name = {config.name.casefold(): config for config in channels if config.name}
+    for port, mappings in mapped.items():
+        for mapping in mappings:
+            name = mapping.variable.casefold()
+            config = by_name.get(mapping.channel[:LONGEST_NAME].casefold())
+            if config is None or (port, name) not in places.there or (port, name) in places.taken:
+                continue
+            places.link(port, name, config, mapping.variable)
+            told = config.id, mapping.variable, port
+            log.info("channel %d is linked to %s of PLC %d by its solution", *told)

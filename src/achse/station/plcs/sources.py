@@ -6,7 +6,7 @@ import importlib.util
 import logging
 import traceback
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import ModuleType
@@ -28,10 +28,12 @@ if TYPE_CHECKING:
     from achse.plc.bodies import Bodies
     from achse.plc.routines.builtins import Services
     from achse.st.declare import Declarations
-    from achse.st.files.solution import AxisMapping
+    from achse.st.files.solution import AxisMapping, ChannelMapping
     from achse.st.lexis.source import Diagnostic
     from achse.st.missing import MissingLibrary
     from achse.st.reach import Reach
+
+    _Mapping = TypeVar("_Mapping", AxisMapping, ChannelMapping)
 
 _SHOWN_FAULTS = 20
 _SHOWN_FILES = 5
@@ -116,12 +118,25 @@ class PlcSource:
 
         If a link names the project of the sources, only such links count.
         """
+        from achse.st.files.solution import axis_mappings
+
+        return self._mapped(axis_mappings)
+
+    def mapped_channels(self) -> "Sequence[ChannelMapping]":
+        """Channels of the NC that it links to variables of this PLC, likewise."""
+        from achse.st.files.solution import channel_mappings
+
+        return self._mapped(channel_mappings)
+
+    def _mapped(
+        self, read: "Callable[[Iterable[tuple[bytes, str]]], Sequence[_Mapping]]"
+    ) -> "Sequence[_Mapping]":
         if self.config.sources is None:
             return ()
-        from achse.st.files.solution import axis_mappings, link_files
+        from achse.st.files.solution import mapping_files
 
         root = self.base / self.config.sources
-        found = self._checked(".sources", lambda: axis_mappings(link_files(root)))
+        found = self._checked(".sources", lambda: read(mapping_files(root)))
         own = {root.stem.casefold(), root.absolute().parent.name.casefold()}
         return [each for each in found if each.plc.casefold() in own] or found
 
