@@ -15,19 +15,24 @@ Source: project files of TwinCAT 3.1 (builds 4022 to 4026), seen in public proje
 """
 
 import logging
-import math
 import os
 import re
-from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path, PureWindowsPath
-from typing import Any, NamedTuple
+from typing import Any
 
-from achse.motion.record import FIELDS
 from achse.st.files.files import content_of, files_below, text_of, without_case
 from achse.st.files.forms import Content, files_with, has_content
+from achse.st.files.solution import PLC_OWNER, is_nc_link, links_of
 from achse.st.lexis.source import SourceError
 from achse.st.lexis.xml import Element, parse_xml
+from achse.station.configuration.solution_nc import (
+    LeftOut,
+    axis_table,
+    channel_tables,
+    tell_axes_apart,
+    whole_number,
+)
 from achse.station.configuration.types import LONGEST_NAME, STATION_FILE, ConfigError
 
 log = logging.getLogger("achse.station")
@@ -40,72 +45,9 @@ _OF_FILE = "__FILENAME__"
 """Name of an axis that has the name of its file."""
 _SOURCES = (Content.TEXT, Content.ENVELOPE, Content.EXPORT)
 _SHOWN = 5
+_LONGEST_SHOWN = 80
 _MOST_AXES = 255
 _ROOT = "TcSmProject"
-
-
-class AxisPara(NamedTuple):
-    """One parameter of an axis in the files of a solution, and its key in station.toml."""
-
-    path: str
-    """Elements from `<Axis>` on."""
-    attribute: str
-    key: str
-
-
-_AXIS, _ENCODER, _CONTROLLER = "AxisPara", "Encoder/EncPara", "Controller/CtrPara"
-
-PARAMETERS = (
-    AxisPara(f"{_AXIS}/Dynamic", "Acceleration", "default_acceleration"),
-    AxisPara(f"{_AXIS}/Dynamic", "Deceleration", "default_deceleration"),
-    AxisPara(f"{_AXIS}/Dynamic", "Jerk", "default_jerk"),
-    AxisPara(f"{_AXIS}/Dynamic", "AccelerationMaximum", "max_acceleration"),
-    AxisPara(f"{_AXIS}/Dynamic", "DecelerationMaximum", "max_deceleration"),
-    AxisPara(f"{_AXIS}/Velo", "Maximum", "max_velocity"),
-    AxisPara(f"{_AXIS}/Velo", "Fast", "rapid_traverse_velocity"),
-    AxisPara(f"{_AXIS}/Velo", "FastManual", "jog_velocity_fast"),
-    AxisPara(f"{_AXIS}/Velo", "SlowManual", "jog_velocity_slow"),
-    AxisPara(f"{_AXIS}/Velo", "RefSearch", "homing_velocity_towards_cam"),
-    AxisPara(f"{_AXIS}/Velo", "RefSync", "homing_velocity_off_cam"),
-    AxisPara(f"{_AXIS}/PositionAreaControl", "Enable", "position_range_monitoring_enable"),
-    AxisPara(f"{_AXIS}/PositionAreaControl", "Range", "position_range_window"),
-    AxisPara(f"{_AXIS}/TargetPosControl", "Enable", "target_position_monitoring_enable"),
-    AxisPara(f"{_AXIS}/TargetPosControl", "Range", "target_position_window"),
-    AxisPara(f"{_AXIS}/TargetPosControl", "Time", "target_position_monitoring_time"),
-    AxisPara(f"{_AXIS}/PEHControl", "Enable", "peh_monitoring_enable"),
-    AxisPara(f"{_AXIS}/PEHControl", "Time", "peh_monitoring_time"),
-    AxisPara(f"{_AXIS}/MotionControl", "Enable", "motion_monitoring_enable"),
-    AxisPara(f"{_AXIS}/MotionControl", "Range", "motion_monitoring_window"),
-    AxisPara(f"{_AXIS}/MotionControl", "Time", "motion_monitoring_time"),
-    AxisPara(f"{_AXIS}/OtherSettings", "AllowMotionCmdToSlave", "allow_slave_motion_commands"),
-    AxisPara(f"{_AXIS}/OtherSettings", "ErrorReactionDelay", "error_reaction_delay"),
-    AxisPara(f"{_AXIS}/OtherSettings", "NoMotionFilterTime", "no_motion_time"),
-    AxisPara(f"{_AXIS}/OtherSettings", "PulseDistancePos", "pulse_distance_positive"),
-    AxisPara(f"{_AXIS}/OtherSettings", "PulseDistanceNeg", "pulse_distance_negative"),
-    AxisPara(_ENCODER, "ModuloFactor", "encoder_modulo_factor"),
-    AxisPara(f"{_ENCODER}/SoftEndMinControl", "Enable", "encoder_soft_limit_min_enable"),
-    AxisPara(f"{_ENCODER}/SoftEndMinControl", "Range", "encoder_soft_limit_min"),
-    AxisPara(f"{_ENCODER}/SoftEndMaxControl", "Enable", "encoder_soft_limit_max_enable"),
-    AxisPara(f"{_ENCODER}/SoftEndMaxControl", "Range", "encoder_soft_limit_max"),
-    AxisPara(
-        f"{_CONTROLLER}/PosDiffControl",
-        "Enable",
-        "controller_following_error_position_monitoring_enable",
-    ),
-    AxisPara(f"{_CONTROLLER}/PosDiffControl", "Range", "controller_following_error_position_max"),
-    AxisPara(
-        f"{_CONTROLLER}/PosDiffControl", "Time", "controller_following_error_position_filter_time"
-    ),
-)
-"""Parameters that an axis takes from its solution. Those of encoders and drives on a bus are left
-out: the axis has a simulated machine."""
-
-_WITHIN = (
-    ("max_velocity", "rapid_traverse_velocity", "jog_velocity_fast", "jog_velocity_slow"),
-    ("max_acceleration", "default_acceleration"),
-    ("max_deceleration", "default_deceleration"),
-)
-"""A limit, and values whose defaults may not exceed it."""
 
 
 def is_project(path: Path) -> bool:
@@ -190,6 +132,29 @@ class _Files:
     def __init__(self, path: Path) -> None:
         self._path = path
         self._read_files: set[Path] = set()
+        self._unlinked = 0
+        self._unlinked_names: list[str] = []
+
+    def read(self, file: Path) -> Element:
+        """Return the content of a file; links in it that a station does not have are counted."""
+        content = content_of(file, str(file))
+        for link in links_of(content, file.name):
+            owners = link.owner[0], link.other_owner[0]
+            if PLC_OWNER not in owners or is_nc_link(link):
+                continue
+            self._unlinked += 1
+            if len(self._unlinked_names) < _SHOWN:
+                variable = link.variable if owners[0] == PLC_OWNER else link.other_variable
+                self._unlinked_names.append(variable.partition("^")[2][:_LONGEST_SHOWN])
+        return parse_xml(content, str(file), skip=_SKIPPED)
+
+    def tell_unlinked(self) -> None:
+        """One line for the links that are left out."""
+        if count := self._unlinked:
+            names = ", ".join(self._unlinked_names)
+            more = ", …" if count > len(self._unlinked_names) else ""
+            told = self._path, count, names, more
+            log.info("%s: %d links of PLC variables to hardware are left out: %s%s", *told)
 
     def named(self, place: Path, name: str) -> Path:
         """Return the file of a name, in which capitals do not count."""
@@ -210,18 +175,18 @@ class _Files:
         if file in self._read_files:
             raise ConfigError(f"{self._path}: expected each file once, got {file} more than once")
         self._read_files.add(file)
-        for found in _read(file).walk():
+        for found in self.read(file).walk():
             if found.tag == tag:
                 return file.parent, found
         raise ConfigError(f"{file}: expected <{tag}>")
 
 
 def _of_solution(path: Path) -> dict[str, Any]:
-    root = _read(path)
+    files = _Files(path)
+    root = files.read(path)
     if root.tag != _ROOT:
         raise ConfigError(f"{path}: expected <{_ROOT}>, got <{root.tag:.40}>")
     folder = path.absolute().parent
-    files = _Files(path)
     project = root.find("Project") or root
     document: dict[str, Any] = {"name": path.stem[:LONGEST_NAME], "plc": []}
     plc = project.find("Plc")
@@ -240,7 +205,7 @@ def _of_solution(path: Path) -> dict[str, Any]:
                 f"{path}: PLC {element.attributes.get('Name', ''):.40}: PrjFilePath: expected a"
                 f" .plcproj, got {name!r:.80}"
             )
-        port = _whole(element.attributes.get("AmsPort", "")) or _FIRST_PORT
+        port = whole_number(element.attributes.get("AmsPort", "")) or _FIRST_PORT
         while port in ports:
             port += 1
         ports.add(port)
@@ -251,13 +216,23 @@ def _of_solution(path: Path) -> dict[str, Any]:
     if nc is not None:
         place, element = nc
         task = element.find("SafTask")
-        cycle = 0 if task is None else _whole(task.attributes.get("CycleTime", ""))
+        cycle = 0 if task is None else whole_number(task.attributes.get("CycleTime", ""))
         if cycle:
             document["nc"] = {"cycle": f"{cycle * _UNITS_OF_CYCLE_NS}ns"}
         if (count := len(element.all("Axis"))) > _MOST_AXES:
             raise ConfigError(f"{path}: expected up to {_MOST_AXES} axes, got {count}")
-        document["axis"] = [_axis(each, path) for each in _axes(files, place, element)]
-        _tell_apart(document["axis"])
+        left_out = LeftOut()
+        document["axis"] = [
+            axis_table(each, path, left_out) for each in _axes(files, place, element)
+        ]
+        tell_axes_apart(document["axis"])
+        axis_ids = {axis["id"] for axis in document["axis"]}
+        document["channel"], document["group"] = channel_tables(element, axis_ids, path, left_out)
+        for each in element.all("Modules"):
+            for module in each.all("Module"):
+                left_out.add(f"Modules/Module {module.text_of('Name').strip()}")
+        left_out.tell(path)
+    files.tell_unlinked()
     return document
 
 
@@ -286,65 +261,3 @@ def _axes(files: _Files, place: Path, nc: Element) -> Iterator[Element]:
         if name is not None and name.text.strip() == _OF_FILE:
             name.text = PureWindowsPath(element.attributes["File"]).stem
         yield found
-
-
-def _read(file: Path) -> Element:
-    return parse_xml(content_of(file, str(file)), str(file), skip=_SKIPPED)
-
-
-def _whole(text: str) -> int:
-    return int(text) if text.isascii() and text.isdigit() and len(text) < 10 else 0
-
-
-# axes ----------------------------------------------------------------------------------------
-
-
-def _axis(element: Element, path: Path) -> dict[str, Any]:
-    name = element.text_of("Name").strip()
-    axis: dict[str, Any] = {"id": _whole(element.attributes.get("Id", ""))}
-    axis["name"] = name[:LONGEST_NAME] or f"Axis {axis['id']}"
-    unit = _attribute(element, f"{_AXIS}/General", "UnitName")
-    if unit:
-        axis["unit"] = unit[:10]
-    for row in PARAMETERS:
-        text = _attribute(element, row.path, row.attribute)
-        if text is None:
-            continue
-        value = _value(text, row.key)
-        if value is None:
-            log.warning("%s: axis %s: %s: %.40r is left out", path, name, row.key, text)
-        else:
-            axis[row.key] = value
-    for limit, *keys in _WITHIN:
-        for key in keys if limit in axis else ():
-            axis.setdefault(key, min(FIELDS[key].default, axis[limit]))
-    return axis
-
-
-def _tell_apart(axes: list[dict[str, Any]]) -> None:
-    """Give axes of the same name, where it is too long for a station, names with their ids."""
-    names = Counter(axis["name"] for axis in axes)
-    for axis in axes:
-        if names[axis["name"]] > 1:
-            end = f" {axis['id']}"
-            axis["name"] = axis["name"][: LONGEST_NAME - len(end)] + end
-
-
-def _attribute(element: Element, path: str, name: str) -> str | None:
-    found: Element | None = element
-    for tag in path.split("/"):
-        found = None if found is None else found.find(tag)
-    return None if found is None else found.attributes.get(name)
-
-
-def _value(text: str, key: str) -> bool | float | None:
-    """A value of the parameter's type and range; None for another."""
-    text = text.strip().lower()
-    if text in ("true", "false"):
-        return text == "true"
-    try:
-        number = float(text)
-    except ValueError:
-        return None
-    field = FIELDS[key]
-    return number if math.isfinite(number) and field.least <= number <= field.most else None
