@@ -118,24 +118,26 @@ class PlcSource:
 
         If a link names the project of the sources, only such links count.
         """
+        if self.config.sources is None:
+            return ()
         from achse.st.files.solution import axis_mappings
 
-        return self._mapped(axis_mappings)
+        return self._mapped(self.config.sources, axis_mappings)
 
     def mapped_channels(self) -> "Sequence[ChannelMapping]":
         """Channels of the NC that it links to variables of this PLC, likewise."""
-        from achse.st.files.solution import channel_mappings
-
-        return self._mapped(channel_mappings)
-
-    def _mapped(
-        self, read: "Callable[[Iterable[tuple[bytes, str]]], Sequence[_Mapping]]"
-    ) -> "Sequence[_Mapping]":
         if self.config.sources is None:
             return ()
+        from achse.st.files.solution import channel_mappings
+
+        return self._mapped(self.config.sources, channel_mappings)
+
+    def _mapped(
+        self, sources: str, read: "Callable[[Iterable[tuple[bytes, str]]], Sequence[_Mapping]]"
+    ) -> "Sequence[_Mapping]":
         from achse.st.files.solution import mapping_files
 
-        root = self.base / self.config.sources
+        root = self.base / sources
         found = self._checked(".sources", lambda: read(mapping_files(root)))
         own = {root.stem.casefold(), root.absolute().parent.name.casefold()}
         return [each for each in found if each.plc.casefold() in own] or found
