@@ -106,7 +106,7 @@ class ChannelMapping(NamedTuple):
     """One structure: `MAIN.fromChannel`."""
 
 
-class Link(NamedTuple):
+class VariableLink(NamedTuple):
     """Two variables of a solution that are linked, each with the path of its owner."""
 
     owner: tuple[str, ...]
@@ -144,7 +144,7 @@ def mapping_files(path: Path) -> Iterator[tuple[bytes, str]]:
                         yield content_of(item, item.name), item.name
 
 
-def links_of(data: bytes, name: str) -> Iterator[Link]:
+def links_of(data: bytes, name: str) -> Iterator[VariableLink]:
     """The links of a file, in its order; paths of owners are those that the `.tsproj` would have.
 
     `name` is that of the file, which an owner without a name is.
@@ -157,7 +157,7 @@ def links_of(data: bytes, name: str) -> Iterator[Link]:
             if tag != b"Link":
                 owners[tag] = _owner(said.get(b"Name", ""), name)
                 continue
-            yield Link(
+            yield VariableLink(
                 *(owners.get(b"OwnerA", ("",)), said.get(b"VarA", "")),
                 *(owners.get(b"OwnerB", ("",)), said.get(b"VarB", "")),
             )
@@ -197,7 +197,7 @@ def channel_mappings(files: Iterable[tuple[bytes, str]]) -> tuple[ChannelMapping
 _LEVEL_OF_CHANNELS = 3
 
 
-def is_nc_link(link: Link) -> bool:
+def is_nc_link(link: VariableLink) -> bool:
     """Return True for a link of a whole structure of an axis or a channel of the NC to a PLC."""
     return any(True for _ in _sides(link))
 
@@ -211,7 +211,7 @@ def _mapped(
             yield from _sides(link)
 
 
-def _sides(link: Link) -> Iterator[tuple[tuple[str, ...], str, str]]:
+def _sides(link: VariableLink) -> Iterator[tuple[tuple[str, ...], str, str]]:
     for plc, variable, nc, signal in (link, (*link[2:], *link[:2])):
         if (
             plc[0] == PLC_OWNER

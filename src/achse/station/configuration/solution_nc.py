@@ -118,7 +118,7 @@ _WITHIN = (
 
 
 class LeftOut:
-    """What a solution says and a station has no key for, by name, and how often."""
+    """Parameters of a solution that a station has no key for, with their counts."""
 
     def __init__(self) -> None:
         self._counts: Counter[str] = Counter()
