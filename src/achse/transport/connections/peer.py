@@ -143,7 +143,7 @@ class Peer(PeerWriter):
     def receive(self, data: bytes) -> None:
         """Take bytes as they come."""
         single = self._singles.get(data[HEAD])
-        if single is not None and single(data):
+        if single is not None and not self._partial and not self._undone and single(data):
             return
         if not self.connected:
             return

@@ -5,6 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from achse.ams import Command, Frame
+from achse.ams.commands import WriteRequest
 from achse.router.rights import Right
 from tests.transport.connections.known.test_frames import DEVICES, SOURCES, World
 from tests.transport.connections.known.test_requests import read
@@ -53,6 +54,43 @@ def test_many_under_way_are_gathered_for_a_turn(numbers: list[int]) -> None:
     assert (made.far.backlog == 0) is (len(numbers) <= 4)
     made.loop.run()
     assert [each.invoke_id for each in made.requests()] == numbers
+
+
+def write(number: int, data: bytes) -> bytes:
+    body = WriteRequest(0x4020, 0, data).encode()
+    return Frame(DEVICES[0], SOURCES[0], Command.WRITE, 4, 0, number, body).encode_tcp()
+
+
+@given(st.integers(0, 3000), st.integers(0, 40))
+def test_bytes_of_a_frame_that_look_like_another_stay_its_own(before: int, after: int) -> None:
+    made = polled()
+    [(peer, end, _)] = made.clients
+    within = read(9)
+    data = write(50, bytes(before) + within + bytes(after))
+    end_of_it = len(data) - after
+    made.take(peer, data, (end_of_it - len(within), end_of_it))
+    [request] = made.requests()
+    assert (request.invoke_id, request.data[12 + before :][: len(within)]) == (50, within)
+    made.requests().clear()
+    for number in (20, 21):
+        made.take(peer, read(number), ())
+    first, second = made.requests()
+    within = second.reply(bytes(12)).encode_tcp()
+    data = first.reply(bytes(before) + within + bytes(after)).encode_tcp()
+    end_of_it, had = len(data) - after, len(end.written)
+    assert made.far is not None
+    made.take(made.far, data, (end_of_it - len(within), end_of_it))
+    assert len(end.written) == had + len(data)
+
+
+@given(st.lists(st.integers(1, 5000), min_size=1, max_size=8))
+def test_a_single_request_does_not_overtake_those_that_wait(sizes: list[int]) -> None:
+    made = polled()
+    [(peer, _, _)] = made.clients
+    peer.receive(b"".join(write(100 + n, bytes(size)) for n, size in enumerate(sizes)))
+    peer.receive(read(9))
+    made.loop.run()
+    assert [each.invoke_id for each in made.requests()][-1] == 9
 
 
 @pytest.mark.parametrize("change", ["rights", "gate", "route", "far", "source", "length", "unread"])
