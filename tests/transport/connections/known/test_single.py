@@ -1,7 +1,7 @@
 """Frames that come alone: written at once, and left for a look whenever something has changed."""
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from achse.ams import Command, Frame
@@ -62,6 +62,7 @@ def write(number: int, data: bytes) -> bytes:
 
 
 @given(st.integers(0, 3000), st.integers(0, 40))
+@settings(max_examples=10)
 def test_bytes_of_a_frame_that_look_like_another_stay_its_own(before: int, after: int) -> None:
     made = polled()
     [(peer, end, _)] = made.clients
@@ -84,6 +85,7 @@ def test_bytes_of_a_frame_that_look_like_another_stay_its_own(before: int, after
 
 
 @given(st.lists(st.integers(1, 5000), min_size=1, max_size=8))
+@settings(max_examples=10)
 def test_a_single_request_does_not_overtake_those_that_wait(sizes: list[int]) -> None:
     made = polled()
     [(peer, _, _)] = made.clients
