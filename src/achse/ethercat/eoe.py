@@ -18,6 +18,10 @@ SHORTEST_FRAME, LONGEST_FRAME = 14, 1518
 _HEAD = struct.Struct("<HH")
 _BLOCK = 32
 """Fragments but the last are multiples of this; places count in it."""
+
+SHORTEST_MESSAGE = _HEAD.size + _BLOCK
+"""Bytes that a message has to have room for, so that frames can be sent."""
+
 _LAST, _TIME_APPENDED = 1 << 8, 1 << 9
 _PORT_AT, _PORT = 4, 0x0F
 _PLACE_AT, _FRAME_AT = 6, 12
@@ -84,7 +88,7 @@ def fragments(frame: bytes, number: int, room: int, port: int = 0) -> Iterator[b
         )
     size = (room - _HEAD.size) // _BLOCK * _BLOCK
     if size <= 0:
-        raise ValueError(f"a fragment needs {_HEAD.size + _BLOCK} bytes, a message has {room}")
+        raise ValueError(f"a fragment needs {SHORTEST_MESSAGE} bytes, a message has {room}")
     for count, at in enumerate(range(0, len(frame), size)):
         part = frame[at : at + size]
         place = at // _BLOCK if count else -(-len(frame) // _BLOCK)

@@ -12,6 +12,7 @@ from enum import IntEnum
 from typing import NamedTuple
 
 _HEADER = struct.Struct("<HHBB")
+HEADER_SIZE = _HEADER.size
 _ERROR_REPLY = struct.Struct("<HH")
 _ERROR_TYPE = 1
 

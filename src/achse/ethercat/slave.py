@@ -215,7 +215,7 @@ class Slave:
             if mailbox and before is AlState.INIT:
                 self._mailbox.reset()
                 self._message = None
-                self._reset_services()
+                self.reset_services()
                 self._mailbox.only = _BOOT_SERVICES if state is AlState.BOOT else None
             if self._has_mailbox:
                 esc.lock(self._mailbox_out, not mailbox)
@@ -231,7 +231,7 @@ class Slave:
         self._plan_steps()
         esc.set_al_status(state, code)
 
-    def _reset_services(self) -> None:
+    def reset_services(self) -> None:
         """The mailbox opens: its lengths are known now."""
         if not self._has_mailbox:
             return

@@ -7,13 +7,15 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from achse.ethercat.eoe import IpSettings
-from achse.ethercat.mailbox import MailboxProtocol
+from achse.ethercat.eoe import EoeType, IpSettings, fragments, request
+from achse.ethercat.mailbox import MailboxError, MailboxProtocol
 from achse.ethercat.master.errors import MailboxRefusal, MailboxTimeout
+from achse.ethercat.master.esi_reader import read_esi
 from achse.ethercat.master.foe_client import FoeClient
 from achse.ethercat.master.voe_client import VendorMessage
 from achse.ethercat.virtual import SlaveBehaviour, VirtualDevice
 from tests.ethercat.virtual.conftest import Served
+from tests.ethercat.virtual.esi_text import MAILBOX, device, esi
 
 NAMES = ("AoE", "EoE", "CoE", "FoE", "SoE", "VoE")
 REQUESTS = {
@@ -69,3 +71,42 @@ def test_protocols_do_not_disturb_each_other() -> None:
     ]  # fmt: skip
     ours.until(lambda: all(job.done for job in jobs))
     assert [job.result() for job in jobs] == [None, None, b"Speaker", wanted, bytes(1000)]
+
+
+@settings(max_examples=30)
+@given(
+    st.integers(-6, 122),
+    st.lists(st.tuples(st.sampled_from(NAMES), st.binary(max_size=100)), max_size=20),
+)
+def test_replies_fit_into_the_mailbox_that_the_master_made(
+    room: int, messages: list[tuple[str, bytes]]
+) -> None:
+    """Whatever comes, and however small the mailbox is."""
+    (box,) = read_esi(esi(device(MAILBOX + "<Mailbox><AoE/><EoE/><SoE/><VoE/></Mailbox>")))
+    made = VirtualDevice(box, behaviour=Turned())
+    made.messages.open(room)
+    address = IpSettings(b"\2" * 6, IPv4Address("10.0.0.9"))
+    question = b"\xff" * 6 + b"\4" * 6 + b"\x08\x06" + bytes((0, 1, 8, 0, 6, 4, 0, 1))
+    question += b"\4" * 6 + bytes((10, 0, 0, 1)) + bytes(6) + address.address.packed  # type: ignore[union-attr]
+    ours = [
+        ("EoE", request(EoeType.SET_IP, address.encode())), ("EoE", request(EoeType.GET_IP)),
+        ("EoE", next(fragments(question, 1, 200))), ("SoE", b"\1\x40\x10\0"),
+        ("AoE", REQUESTS["AoE"]),
+    ]  # fmt: skip
+    for name, data in (*ours, *messages):
+        handler = made.services.get(MailboxProtocol[name.upper()])
+        replies = () if handler is None else handler(data)
+        if not isinstance(replies, int):
+            assert all(len(each) <= room for each in replies)
+    while (message := made.take_message()) is not None:
+        assert len(message[1]) <= room
+
+
+def test_mailbox_of_the_master_limits_the_parts_of_an_answer() -> None:
+    ours = Served("<SoE/><EoE/>")
+    slave = ours.ring.segment.slaves[0]
+    manager = slave.esc.sync_managers[1]
+    manager.length = 40
+    slave.reset_services()
+    reply = ours.device.services[MailboxProtocol.EOE](request(EoeType.GET_FILTER))
+    assert reply == MailboxError.NO_MEMORY

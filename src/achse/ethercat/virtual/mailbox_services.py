@@ -5,9 +5,10 @@ Source: ETG.2000, Mailbox of a device; ETG.1000.6 §5.7, §5.9, §5.10; ETG.1020
 
 from collections import deque
 from collections.abc import Callable, Iterable, Mapping
+from functools import partial
 from typing import TYPE_CHECKING
 
-from achse.ethercat.mailbox import MailboxError, MailboxProtocol
+from achse.ethercat.mailbox import HEADER_SIZE, MailboxError, MailboxProtocol
 from achse.ethercat.virtual.ads_port import AdsPort
 from achse.ethercat.virtual.network_port import NetworkPort
 from achse.ethercat.virtual.sercos_parameters import SercosParameters
@@ -16,7 +17,6 @@ if TYPE_CHECKING:
     from achse.ethercat.virtual.device import VirtualDevice
 
 _Handler = Callable[[bytes], Iterable[bytes] | int]
-_HEADER = 6
 _VENDOR_HEAD = 6
 _MOST_KEPT = 64
 
@@ -32,21 +32,40 @@ class MailboxServices:
         """ValueError for parameters that cannot be read."""
         esi = device.esi
         lengths = {each.use: each.area.length for each in esi.sync_managers}
-        room = max(lengths.get("MBoxIn", 0) - _HEADER, 0)
+        self._room = room = lengths.get("MBoxIn", 0) - HEADER_SIZE
         self._device = device
         self.network = NetworkPort(room, self._frame) if "EoE" in esi.protocols else None
         self.parameters = SercosParameters(esi, room) if "SoE" in esi.protocols else None
+        self._ads = AdsPort(device, room)
         self.vendor_messages: deque[bytes] = deque(maxlen=_MOST_KEPT)
         handlers: dict[int, _Handler] = {}
         if "AoE" in esi.protocols:
-            handlers[MailboxProtocol.AOE] = AdsPort(device, room).answer
+            handlers[MailboxProtocol.AOE] = self._ads.answer
         if self.network is not None:
             handlers[MailboxProtocol.EOE] = self.network.answer
         if self.parameters is not None:
             handlers[MailboxProtocol.SOE] = self.parameters.answer
         if "VoE" in esi.protocols:
             handlers[MailboxProtocol.VOE] = self._vendor
-        self.handlers: Mapping[int, _Handler] = handlers
+        self.handlers: Mapping[int, _Handler] = {
+            protocol: partial(self._fitting, handler) for protocol, handler in handlers.items()
+        }
+
+    def open(self, room: int) -> None:
+        """The mailbox opens: `room` is how long a message may be behind its mailbox header."""
+        self._room = self._ads.room = room
+        if self.network is not None:
+            self.network.open(room)
+        if self.parameters is not None:
+            self.parameters.open(room)
+
+    def _fitting(self, handler: _Handler, data: bytes) -> Iterable[bytes] | int:
+        """The replies of a protocol; an error if the mailbox has no room for one of them."""
+        replies = handler(data)
+        if isinstance(replies, int):
+            return replies
+        replies = tuple(replies)
+        return MailboxError.NO_MEMORY if any(len(x) > self._room for x in replies) else replies
 
     def take_message(self) -> tuple[int, bytes] | None:
         """The oldest message to the master that nobody asked for."""

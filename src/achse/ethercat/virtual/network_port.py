@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import replace
 
 from achse.ethercat.eoe import (
+    SHORTEST_MESSAGE,
     EoeResult,
     EoeType,
     FrameAssembly,
@@ -46,10 +47,16 @@ class NetworkPort:
         """Frames that did not fit into the queue to the master."""
         self.waiting: deque[bytes] = deque()
         """Messages to the master."""
-        self._room = room
         self._received = received
-        self._assembly = FrameAssembly()
         self._number = 0
+        self.open(room)
+
+    def open(self, room: int) -> None:
+        """Begin again with messages of this length; frames that wait in longer ones are dropped."""
+        self._room = room
+        self._assembly = FrameAssembly()
+        if any(len(message) > room for message in self.waiting):
+            self.waiting.clear()
 
     def answer(self, data: bytes) -> Iterable[bytes] | int:
         """The reply to a message of the master, or a mailbox error."""
@@ -109,7 +116,7 @@ class NetworkPort:
         if mac is not None and address is not None and frame[:6] in (mac, _BROADCAST):
             answer = _arp_reply if kind == _ARP else _echo_reply if kind == _IPV4 else None
             reply = None if answer is None else answer(frame, mac, address.packed)
-            if reply is not None:
+            if reply is not None and self._room >= SHORTEST_MESSAGE:
                 self.send(reply)
         self._received(frame)
 

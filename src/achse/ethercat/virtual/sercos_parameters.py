@@ -76,7 +76,7 @@ class SercosParameters:
 
     def __init__(self, device: EsiDevice, room: int) -> None:
         """ValueError for a start command that cannot be read."""
-        self._room = room - _HEAD.size
+        self.open(room)
         element = None if device.element is None else device.element.find("Mailbox/SoE")
         channels = 1 if element is None else number_of(element.get("ChannelCount", "1"), "SoE")
         if not 1 <= channels <= _MOST_DRIVES:
@@ -92,6 +92,10 @@ class SercosParameters:
                 raise ValueError(f"SoE InitCmd: no IDN {idn} of drive {drive}")
             name = command.findtext("Comment", "").strip()
             self._drives[drive].setdefault(idn, _Parameter(name, data))
+
+    def open(self, room: int) -> None:
+        """Begin again; an answer may have `room` bytes behind its mailbox header."""
+        self._room = max(room - _HEAD.size, 1)
         self._pending = bytearray()
 
     def value(self, idn: int, drive: int = 0) -> bytes:

@@ -6,6 +6,7 @@ Source: ETG.2000, Info/EtherCATController, Physics, IdentificationAdo.
 from collections.abc import Sequence
 
 from achse.ethercat.description import SiiUse, SlaveMemory, SyncManagerArea
+from achse.ethercat.mailbox import HEADER_SIZE
 from achse.ethercat.master.configuration import ProcessSyncManager
 from achse.ethercat.master.esi_reader import EsiDevice, EsiError
 from achse.ethercat.master.xml_document import number
@@ -63,6 +64,14 @@ class VirtualSlave(Slave):
         """The master reset the controller: as after switching power off and on."""
         super().reset()
         self._show_identification()
+
+    def reset_services(self) -> None:
+        """The mailbox opens: its lengths are known now."""
+        super().reset_services()
+        box = self.memory.mailbox()
+        if box is not None:
+            length = self.esc.sync_managers[box[1][0]].length
+            self.device.messages.open(length - HEADER_SIZE)
 
     def _show_identification(self) -> None:
         """Tell the identification in the memory that the file names."""
