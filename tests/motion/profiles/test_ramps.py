@@ -169,3 +169,37 @@ def test_rise_that_the_present_acceleration_just_reaches_ends_without_accelerati
     end_p, end_v, end_a = end_state(times, jerks, count, p, v, a)
     assert (end_p, abs(end_v)) == pytest.approx((target, end), rel=1e-9)
     assert end_a == pytest.approx(0.0, abs=1e-9 * acc)
+
+
+@pytest.mark.parametrize(
+    "case",
+    [
+        (0.19033503462474377, -118.60742456022106, 25122.487718507, 0.1549810509713149,
+         9766.087181778017, 2160.9966248152127, 198955.24785428395),
+        (-10.685877823134389, 24877.990175362964, -46701.506142296, 2.373270702044192,
+         10566.188637279312, 106593.57137636156, 37227453.80298242),
+        (2.0641751260153744e-05, -0.12505650205360438, 0.015604634889299, 1e-6,
+         0.021942523212424736, 0.11682442109660647, 398.10932586264545),
+    ],
+)  # fmt: skip
+def test_deceleration_that_leads_almost_to_the_velocity_bends_no_hours_after_it(
+    case: tuple[float, ...],
+) -> None:
+    """Found by `achse swarm --plans`: a rise by rounding left 1e-14 mm/s² for days of a creep."""
+    v, a, target, top, acc, dec, jerk = case
+    for nearly in (1.0 - 1e-15, 1.0, 1.0 + 1e-15, 1.0 + 1e-12, 1.0 - 1e-12):
+        times, jerks = [0.0] * MAX_SEGMENTS, [0.0] * MAX_SEGMENTS
+        count = plan_to_position(times, jerks, 0.0, v, a, target, 0.0, top * nearly, acc, dec, jerk)
+        end_p, end_v, _ = end_state(times, jerks, count, 0.0, v, a)
+        assert end_v == pytest.approx(0.0, abs=1e-10 * top)
+        assert end_p == pytest.approx(target, rel=1e-10)
+
+
+def test_table_has_room_for_a_brake_far_weaker_than_what_it_takes_away() -> None:
+    """A crossing, a bring-in, a brake by way of 0, and the way back to a higher velocity."""
+    v, a, target = 0.00188138592015777, -1568.1238914705038, 4930.958960936803
+    limits = 32.63719757997046, 797.2982612164834, 0.005370139354924111, 34288.35882115229
+    times, jerks = [0.0] * MAX_SEGMENTS, [0.0] * MAX_SEGMENTS
+    count = plan_to_position(times, jerks, 0.0, v, a, target, 28.283999039695676, *limits)
+    end_p, end_v, _ = end_state(times, jerks, count, 0.0, v, a)
+    assert (end_p, end_v) == pytest.approx((target, 28.283999039695676), rel=1e-9)

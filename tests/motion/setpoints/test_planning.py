@@ -131,3 +131,18 @@ def test_change_beyond_the_target_does_not_end_a_loop(rig: Any) -> None:
     assert axis.set_command_number == number
     rig.until(lambda axis: axis.set_command_number != number)
     assert axis.set_position == pytest.approx(100.0, abs=V * rig.dt)
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_override_0_does_not_creep_on_as_a_ramp_of_the_command_before_would(
+    rig: Any, sign: float
+) -> None:
+    """Found by `achse swarm --plans`: it looked as if it braked, by another deceleration."""
+    axis = rig.axis
+    commands.universal_start(axis, StartType.ABSOLUTE, sign * 300.0, V, 3000.0, 1000.0, 50_000.0)
+    rig.until(lambda axis: axis.set_acceleration * sign < 0.0)
+    axis.velocity_override = 0
+    commands.universal_start(axis, StartType.ABSOLUTE, sign * 300.0, V, 3000.0, 3000.0, 50_000.0)
+    position, velocity, _ = rig.trace(500)[-1]
+    assert velocity == 0.0
+    assert sign * position < 295.0

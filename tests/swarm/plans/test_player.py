@@ -59,3 +59,14 @@ def test_chain_is_played_alone() -> None:
     assert play_chain(1, 315_189) is None
     assert play_chain(1, 1046) is None
     assert play_chain(1, 268) is None
+
+
+@pytest.mark.parametrize(
+    ("seed", "chain"),
+    [
+        (1000118, 2340), (1000137, 7881), (1000143, 4457),
+        (1000155, 124), (1000170, 10848), (1000172, 12900),
+    ],
+)  # fmt: skip
+def test_chain_that_a_campaign_found_holds(seed: int, chain: int) -> None:
+    assert play_chain(seed, chain, compiled=False) is None

@@ -28,6 +28,7 @@ from achse.motion.profiles.ramps import (
     MAX_ITERATIONS,
     NEGLIGIBLE,
     Limits,
+    append_change,
     append_ramp,
     append_velocity_ramp,
     bounded,
@@ -292,7 +293,7 @@ def _append_approach(
         peak = ramp_peak(change, dec, jerk)
         time = (a + peak) / jerk
         if time > 0.0:
-            n = append_segment(seg_time, seg_jerk, n, time, -sign * jerk)
+            n = append_change(seg_time, seg_jerk, n, -a, peak, jerk, -sign * jerk)
             distance -= segment_position(time, -jerk, 0.0, v, a)
         a = -peak
         swing = a * a / (2.0 * jerk)

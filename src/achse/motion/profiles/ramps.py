@@ -18,6 +18,7 @@ MAX_ITERATIONS = 40  # at most a dozen were ever needed
 
 _SMALLEST_LIMIT = 1e-9  # with these bounds no intermediate result overflows;
 _LARGEST_LIMIT = 1e12  # limits beyond count as the bound
+_SMALL = 1e-4  # of another acceleration: one whose rounding is more than what segments cancel
 
 
 def bounded(limit: float) -> float:
@@ -52,6 +53,30 @@ def ramp_peak(change: float, limit: float, jerk: float) -> float:
     return limit
 
 
+def append_change(
+    seg_time: MutableSequence[float],
+    seg_jerk: MutableSequence[float],
+    n: int,
+    a: float,
+    peak: float,
+    size: float,
+    jerk: float,
+) -> int:
+    """Append the change of acceleration from `a` to `peak` >= 0, both in the sense of `jerk`.
+
+    A peak that is small against `a` is reached by way of 0, exactly: the rounding of `a` would be
+    left when the peak is taken away, and would bend what comes then, which may be hours. Behind a
+    crossing and a bring-in the way to 0 is part of the bring-in: the table has no room for more.
+    """
+    if peak < -a * _SMALL:
+        if n > 1 and seg_jerk[n - 1] == jerk:
+            seg_time[n - 1] -= a / size
+        else:
+            n = append_segment(seg_time, seg_jerk, n, -a / size, jerk)
+        a = 0.0
+    return append_segment(seg_time, seg_jerk, n, (peak - a) / size, jerk)
+
+
 def append_ramp(
     seg_time: MutableSequence[float],
     seg_jerk: MutableSequence[float],
@@ -68,7 +93,7 @@ def append_ramp(
     that line's signed jerk, `size` its magnitude.
     """
     peak = ramp_peak(change, limit, size)
-    n = append_segment(seg_time, seg_jerk, n, (peak - a) / size, jerk)
+    n = append_change(seg_time, seg_jerk, n, a, peak, size, jerk)
     if peak == limit:
         n = append_segment(seg_time, seg_jerk, n, change / limit - limit / size, 0.0)
     return append_segment(seg_time, seg_jerk, n, peak / size, -jerk)

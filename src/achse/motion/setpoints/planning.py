@@ -366,7 +366,7 @@ def plan(ax: AxisFields) -> int:
             limit = ax.job.peak_velocity * share
     if limit < _SLOWEST:
         limit = _SLOWEST
-    if override == 0 and not _braking(ax):
+    if override == 0 and not _braking(ax, ax.job.deceleration, ax.job.jerk):
         limit = 0.0
     if limited:
         count = _fill_within_limits(ax, limit, share, bounded)
@@ -390,8 +390,8 @@ def plan(ax: AxisFields) -> int:
     return count
 
 
-def _braking(ax: AxisFields) -> int:
-    """Return 1 if a positioning that ends at rest is in its last ramp, else 0."""
+def _braking(ax: AxisFields, deceleration: float, jerk: float) -> int:
+    """Return 1 if a positioning to rest is in its last ramp, with this deceleration, else 0."""
     if ax.set_motion_phase != MotionPhase.POSITIONING or ax.border.velocity > 0.0:
         return 0
     way = ax.border.position - ax.set.position
@@ -400,7 +400,7 @@ def _braking(ax: AxisFields) -> int:
     way = abs(way)
     v = ax.set.velocity
     a = ax.set.acceleration
-    brake = abs(stopping_distance(v, a, ax.profile.deceleration, ax.profile.jerk_limit))
+    brake = abs(stopping_distance(v, a, deceleration, jerk))
     return 1 if way * (1.0 - 1e-9) <= brake <= way * (1.0 + 1e-9) + 1e-9 else 0
 
 
@@ -408,7 +408,8 @@ def follow_override(ax: AxisFields) -> None:
     """Ask for a new table after a change of the override, unless braking has begun."""
     phase = ax.set_motion_phase
     if phase in (MotionPhase.ENDLESS, MotionPhase.HOMING) or (
-        phase == MotionPhase.POSITIONING and not _braking(ax)
+        phase == MotionPhase.POSITIONING
+        and not _braking(ax, ax.profile.deceleration, ax.profile.jerk_limit)
     ):
         ax.profile.replan = 1
     else:

@@ -234,8 +234,10 @@ def _start(ax: AxisFields, draws: Draws, plan: JudgedPlan) -> None:
     elif kind < 0.2:
         start_type = int(StartType.ENDLESS_NEGATIVE)
     elif kind < 0.35:
-        start_type = int(StartType.RELATIVE)
-        position = target - ax.set.position
+        way = target - ax.set.position
+        if plan.low <= ax.set.position + way <= plan.high:  # else a command refuses it
+            start_type = int(StartType.RELATIVE)
+            position = way
     elif kind < 0.5 and ax.limits.active == 0:
         start_type = _MODULO[one_of(draws, 4)]
         position = ax.encoder.modulo_factor * draw(draws)
