@@ -146,3 +146,22 @@ def test_override_0_does_not_creep_on_as_a_ramp_of_the_command_before_would(
     position, velocity, _ = rig.trace(500)[-1]
     assert velocity == 0.0
     assert sign * position < 295.0
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_override_scales_the_velocity_of_the_way_and_not_of_a_pause_before_it(
+    make_rig: Any, sign: float
+) -> None:
+    """Found by `achse swarm --plans`: what follows a stop before a soft limit crept for months."""
+    rig = make_rig(
+        encoder_soft_limit_max=100.0, encoder_soft_limit_max_enable=1,
+        encoder_soft_limit_min=-100.0, encoder_soft_limit_min_enable=1, override_type=3,
+    )  # fmt: skip
+    axis, kinds = rig.axis, (StartType.ENDLESS_POSITIVE, StartType.ENDLESS_NEGATIVE)
+    commands.universal_start(axis, kinds[sign < 0.0], 0.0, 50.0)
+    rig.until(lambda axis: sign * axis.set_position > 90.0)
+    commands.universal_start(axis, StartType.ABSOLUTE, -sign * 90.0, V, 3000.0, 500.0 / 25.0, 5e4)
+    rig.until(lambda axis: sign * axis.set_velocity <= 0.0)
+    axis.velocity_override = 500_000
+    highest = max(-sign * speed for _, speed, _ in rig.trace(1000))
+    assert highest > 0.5 * 50.0

@@ -65,7 +65,7 @@ def test_chain_is_played_alone() -> None:
     ("seed", "chain"),
     [
         (1000118, 2340), (1000137, 7881), (1000143, 4457),
-        (1000155, 124), (1000170, 10848), (1000172, 12900),
+        (1000155, 124), (1000170, 10848), (1000172, 12900), (1000934, 5941),
     ],
 )  # fmt: skip
 def test_chain_that_a_campaign_found_holds(seed: int, chain: int) -> None:

@@ -376,7 +376,8 @@ def plan(ax: AxisFields) -> int:
         count = _fill(ax, limit, share, 0)
     if count < 0:
         return count
-    if phase == MotionPhase.POSITIONING and ax.job.peak_velocity == 0.0:
+    pauses = ax.profile.end == TO_PAUSE  # the way to the target is planned behind it
+    if phase == MotionPhase.POSITIONING and ax.job.peak_velocity == 0.0 and not pauses:
         ax.job.peak_velocity = _peak_velocity(ax, ax.set.velocity, ax.set.acceleration, count)
     ax.profile.abrupt = 0
     if ax.profile.begins_with_release == 0:

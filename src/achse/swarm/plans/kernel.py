@@ -29,6 +29,9 @@ from achse.swarm.plans.numbers import DRAWS, Draws, begin_draws, chance, decades
 _LEAST_TIME = 1e-9
 """Time in which an axis at rest on a border passes it."""
 
+_ROUNDING = 4e-15
+"""Of a time: units in its last place, which a sum and a walk of all segments may be apart."""
+
 
 class ChainRun:
     """Progress of the chains of a seed, and the move that is wrong."""
@@ -188,14 +191,17 @@ def _walk_on(run: ChainRun, ax: AxisFields) -> int:
 def _compare(
     run: ChainRun, ax: AxisFields, p: float, v: float, position: float, velocity: float
 ) -> int:
-    """Compare a set point with its integral; rounding is that of the way and of the velocity."""
+    """Compare a set point with its integral; rounding is that of way, velocity and time.
+
+    A time of months is rounded to more than a short ramp at its end takes.
+    """
     judged = run.plan
     way = abs(judged.p0) + abs(p) + abs(ax.border.position)
     speed = max(judged.highest, abs(judged.v0), abs(v))
     strength = judged.rise + judged.fall + abs(judged.a0)
     if abs(position - p) > 1e-9 * (way + speed * judged.at):
         return SET_POINT
-    if abs(velocity - v) > 1e-7 * (speed + strength * 1e-9):
+    if abs(velocity - v) > 1e-7 * (speed + strength * 1e-9) + strength * _ROUNDING * judged.at:
         return SET_POINT
     return 0
 
