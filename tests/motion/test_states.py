@@ -8,5 +8,5 @@ from achse.motion.states import choices_of
 def test_enumerations_by_the_unit_of_a_field() -> None:
     assert choices_of("OverrideType") is OverrideType
     assert choices_of("StateBit") is StateBit
-    for unit in ("mm/s", "0/1", "", "__all__"):
+    for unit in ("mm/s", "0/1", "", "IntEnum", "choices"):
         assert choices_of(unit) is None

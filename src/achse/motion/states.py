@@ -3,7 +3,7 @@
 Source: 002 §6.5 and the cyclic axis interface (004 §5.1).
 """
 
-from enum import IntEnum
+from enum import EnumType, IntEnum
 
 from achse.codes import axis
 from achse.codes.nc import choices
@@ -13,9 +13,9 @@ from achse.codes.nc.choices import DriveType
 def choices_of(unit: str) -> type[IntEnum] | None:
     """The enumeration that a field of the axis record has as its unit, if it has one."""
     for names in (globals(), vars(choices), vars(axis)):
-        found = names.get(unit)
-        if isinstance(found, type):
-            return found
+        kind = names.get(unit)
+        if isinstance(kind, EnumType) and issubclass(kind, IntEnum) and len(kind):
+            return kind
     return None
 
 
