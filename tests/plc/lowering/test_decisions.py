@@ -89,6 +89,11 @@ def test_pairs_are_found_if_there_are_any(random: Random) -> None:
         assert found is None or found in pairs
 
 
+def test_a_constant_that_is_left_out_decides_too() -> None:
+    decision = DecisionShape(("AND", (("AND_THEN", (0, False)), 1)), 2)
+    assert all(not vector.unmasked for vector in decision.vectors)
+
+
 def read(offset: int) -> Read:
     return Read(Storage(FrameBase(), offset, BOOL), BOOL)
 

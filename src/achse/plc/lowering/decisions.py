@@ -9,6 +9,7 @@ Source: masking MC/DC as in CAST-10.
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import combinations
 from typing import NamedTuple, TypeAlias
 
 from achse.iec.elementary import BoolType
@@ -114,9 +115,21 @@ def _unmask(shape: Shape, bits: int, unmasked: set[int]) -> None:
             return  # left out
         others = (*parts[:place], *parts[place + 1 :])
         if operator in ("AND_THEN", "OR_ELSE") and not place and _value(part, bits) is deciding:
+            if not _can_be(others[0], not deciding):
+                return  # a constant decides alone
             others = ()  # left out
         if deciding is None or all(_value(other, bits) is not deciding for other in others):
             _unmask(part, bits, unmasked)
+
+
+def _can_be(shape: Shape, outcome: bool) -> bool:
+    """True if the conditions of a shape have values that give this outcome."""
+    numbers = list(_conditions(shape))
+    return any(
+        _value(shape, sum(1 << number for number in chosen)) is outcome
+        for size in range(len(numbers) + 1)
+        for chosen in combinations(numbers, size)
+    )
 
 
 def _value(shape: Shape, bits: int) -> bool:
