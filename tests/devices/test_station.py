@@ -63,7 +63,7 @@ def test_faults_are_added_listed_and_cleared(station: Station, own: Any, refused
         (b'{"kind": "error"}', "code: a fault of kind error needs it"),
         (b"[]", "a fault is a JSON object"),
         (b"\xff", "codec can't decode"),
-        (b"[" * 100_000, "recursion"),
+        (b"[" * 100_000, "nested too deep"),
         (b'{"kind": "drop", "at": Infinity}', "at: expected 0.."),
     ],
 )

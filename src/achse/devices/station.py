@@ -203,7 +203,9 @@ def faults_group(
                 raise ValueError(f"a fault is a JSON object, got {type(fields).__name__}")
             kind = fields.pop("kind", "")
             active = known.add(str(kind), **fields)
-        except (ValueError, RecursionError, DeviceError) as failure:
+        except RecursionError:  # its message depends on the version of Python
+            return _json({"error": "a fault is a JSON object, got JSON that is nested too deep"})
+        except (ValueError, DeviceError) as failure:
             return _json({"error": str(failure)})
         return _json({"number": active.number})
 
