@@ -123,8 +123,9 @@ async def follow(axis: NcAxis, errand: Errand, sample_time: float) -> Course:
     velocity. Cancelling stops the axis: the course then ends at rest and says so.
     """
     trace = Trace(axis.unit)
+    progress = _Progress(axis, errand)  # its imports take time in which samples would queue
     async with axis.samples(sample_time) as samples:
-        with _Progress(axis, errand) as progress:
+        with progress:
             first = await anext(samples)
             trace.add(first.filetime, axis.sample(first.value))
             verdict = await _started(axis, errand)
