@@ -1,6 +1,6 @@
 """Scopes from afar: made, followed, read, closed; at a station in this process."""
 
-import asyncio
+import inspect
 from collections.abc import Callable, Coroutine
 from typing import Any
 
@@ -99,4 +99,4 @@ def test_what_the_station_refuses_is_raised(run_for_real: Run) -> None:
 def test_channels_without_port_are_of_the_device_that_is_asked() -> None:
     assert [each.port for each in defined(["a", "9:b"], port=852).channels] == [852, 9]
     assert [each.port for each in defined("a", port=14000).channels] == [0]
-    assert asyncio.iscoroutinefunction(RemoteScope.open)
+    assert inspect.iscoroutinefunction(RemoteScope.open)
