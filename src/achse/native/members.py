@@ -13,7 +13,7 @@ from enum import EnumMeta
 from itertools import pairwise
 from types import CodeType, FunctionType, ModuleType
 
-_KNOWN = (3, 11) <= sys.version_info[:2] <= (3, 13)
+_KNOWN = (3, 11) <= sys.version_info[:2] <= (3, 14)
 _GLOBAL, _ATTRIBUTE = dis.opmap["LOAD_GLOBAL"], dis.opmap["LOAD_ATTR"]
 _CONSTANT, _JUMP = dis.opmap["LOAD_CONST"], dis.opmap["JUMP_FORWARD"]
 _NOTHING, _EXTENDED = dis.opmap["NOP"], dis.opmap["EXTENDED_ARG"]
