@@ -1,5 +1,6 @@
 """Checks: what forbids a command, as the number of the NC error; 0 is nothing."""
 
+from collections.abc import Iterator
 from math import isfinite
 
 from achse.codes import NcError
@@ -55,7 +56,7 @@ def check_permitted(axis: Axis, direction: float) -> int:
     if axis.axis_type == AxisType.ENCODER:
         return NcError.AXIS_INCOMPATIBLE
     control = axis.control_dword
-    if not control & ControlBit.ENABLE or axis.drive_output_disabled:
+    if not _powered(axis):
         return NcError.CONTROLLER_ENABLE_MISSING
     if direction > 0.0 and not control & ControlBit.FEED_ENABLE_PLUS:
         return NcError.ENABLE_MISSING
@@ -66,7 +67,23 @@ def check_permitted(axis: Axis, direction: float) -> int:
     )
     if axis.drive_status & STATUS_ERROR or blocked:
         return NcError.DRIVE_NOT_READY_AT_START
+    if axis.followers and not all(map(_powered, _slaves(axis))):
+        return NcError.SLAVE_ENABLE_MISSING
     return OK
+
+
+def _powered(axis: Axis) -> bool:
+    return bool(axis.control_dword & ControlBit.ENABLE) and not axis.drive_output_disabled
+
+
+def _slaves(master: Axis) -> Iterator[Axis]:
+    """All axes that move with this one, those of its slaves too."""
+    axes = list(master.fellows.values())
+    row = axes.index(master)
+    for axis in axes:
+        if axis.coupling.law and row in axis.followed:
+            yield axis
+            yield from _slaves(axis)
 
 
 def check_velocity(axis: Axis, velocity: float) -> int:

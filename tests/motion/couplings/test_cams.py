@@ -387,9 +387,14 @@ def test_an_open_loop_does_not_make_the_slave_jump(line: Line) -> None:
     line.table(LIFTING)
     assert line.couple() == 0
     line.to(90.0)
+    line.master.velocity_override = 0
+    assert commands.start(line.master, 1, 180.0, 500.0) == 0
+    line.nc.cycle(5)
     line.slave.control_dword = 0
     line.nc.cycle(5)
-    line.to(180.0)
+    line.master.velocity_override = 1_000_000
+    line.nc.cycle(5000)
+    assert line.master.set_position == 180.0
     stood = line.slave.set_position
     line.slave.control_dword = 7
     line.nc.cycle(20)

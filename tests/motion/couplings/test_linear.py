@@ -88,17 +88,39 @@ def test_renamed_positions_do_not_move_the_slave() -> None:
 
 def test_without_its_enable_a_slave_waits_and_does_not_jump() -> None:
     nc = enabled_axes()
-    _master, slave = nc
+    master, slave = nc
     commands.couple(slave, 1, 1, 0, 0, 1.0)
+    master.velocity_override = 0
+    assert commands.start(master, 1, 50.0, 1000.0) == 0
+    nc.cycle(5)
     slave.control_dword = 0
     nc.cycle(5)
     assert (slave.error_code, slave.coupling_state, slave.loop_closed) == (0, 3, 0)
-    place(nc, 1, 50.0)
+    master.velocity_override = 1_000_000
+    nc.cycle(2000)
+    assert master.set_position == 50.0
     slave.control_dword = 7
     nc.cycle(5)
     assert slave.set_position == pytest.approx(0.0, abs=1e-3)
     place(nc, 1, 60.0)
     assert slave.set_position == pytest.approx(10.0, abs=1e-3)
+
+
+@pytest.mark.parametrize("kind", [1, 2, 3, 8192])
+def test_a_master_does_not_start_while_a_slave_has_no_enable(kind: int) -> None:
+    """Nor one whose slave's slave has none; enabled in motion, it would jump to the velocity."""
+    nc = enabled_axes(3)
+    master, middle, last = nc
+    assert commands.couple(middle, 1, 1, 0, 0, 1.0) == commands.couple(last, 1, 2, 0, 0, -2.0) == 0
+    for slave in (middle, last):
+        slave.control_dword = 6
+        refused = 0 if kind == 8192 else NcError.SLAVE_ENABLE_MISSING
+        assert commands.universal_start(master, kind, 10.0, 100.0) == refused
+        slave.control_dword = 7
+        nc.cycle(5)
+    assert commands.start(master, 1, 10.0, 100.0) == 0
+    nc.cycle(2000)
+    assert [axis.set_position for axis in nc] == pytest.approx([10.0, 10.0, -20.0], abs=1e-3)
 
 
 def test_a_slave_that_loses_its_enable_in_motion_brakes_alone() -> None:

@@ -6,6 +6,7 @@ from typing import Any
 
 import pytest
 
+from achse.codes import NcError
 from achse.motion import StateBit, commands
 
 V, A, J = 40.0, 200.0, 1000.0
@@ -95,3 +96,11 @@ def test_a_stop_while_it_accelerates(rig: Any) -> None:
     time = a / J + 2.0 * sqrt(top / J)
     assert (len(watch(rig)) - 1) * rig.dt == pytest.approx(time, abs=1.01 * rig.dt)
     assert rig.axis.phasing.velocity == 0.0
+
+
+@pytest.mark.parametrize("master", [1, 0, 9, 255, 256])
+def test_its_master_is_an_axis_of_the_nc(rig: Any, master: int) -> None:
+    """0 names none; an id that no axis has is unknown."""
+    known = master in (0, rig.axis.axis_id)
+    code = commands.start_phasing(rig.axis, 1, 0, master, 5.0, V)
+    assert code == (0 if known else NcError.AXIS_ID)

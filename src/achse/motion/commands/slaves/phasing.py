@@ -11,7 +11,6 @@ from achse.motion.profiles.profile import plan_to_position, plan_to_velocity, st
 from achse.motion.states import PhasingType
 
 _CONTINUOUS_UPDATE = 1
-_LAST_AXIS = 255
 
 
 def start_phasing(
@@ -39,7 +38,7 @@ def start_phasing(
         return NcError.JOB_START_TYPE
     if buffer_mode != BufferMode.ABORTING or blending_position:
         return NcError.FUNCTION_NOT_AVAILABLE
-    if master_axis_id > _LAST_AXIS:
+    if master_axis_id and master_axis_id not in axis.fellows:
         return NcError.AXIS_ID
     acceleration, deceleration, jerk = dynamics(axis, acceleration, deceleration, jerk)
     code = check_dynamics(axis, acceleration, deceleration, jerk)
