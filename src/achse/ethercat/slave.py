@@ -344,7 +344,8 @@ class Slave:
         """True if outputs have to come within the watchdog time."""
         sync_managers = self.esc.sync_managers
         return self.esc.watchdog_ns > 0 and any(
-            sync_managers[each.number].triggers_watchdog for each in self._output_buffers
+            each.size() and sync_managers[each.number].triggers_watchdog
+            for each in self._output_buffers
         )
 
     # process data

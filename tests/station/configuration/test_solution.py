@@ -105,6 +105,13 @@ def test_parts_lie_in_files_of_their_own(tmp_path: Path) -> None:
     assert found.nc.cycle == 2_000_000
 
 
+def test_a_simulated_encoder_follows_the_setpoint(tmp_path: Path) -> None:
+    """`EncType` 1: the encoder of an axis without hardware; others have a machine that lags."""
+    text = AXIS.replace('EncType="19"', 'EncType="1"')
+    [axis] = load(solution(tmp_path, text) / "Line.sln").axis
+    assert axis.parameters["simulation_ideal"] is True
+
+
 @pytest.mark.parametrize("encoding", ["utf-8-sig", "utf-16", "cp1252"])
 def test_encodings_and_capitals_are_those_of_windows(tmp_path: Path, encoding: str) -> None:
     solution(tmp_path)

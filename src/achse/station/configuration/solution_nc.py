@@ -15,6 +15,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from achse.codes.nc.choices import EncoderType
 from achse.motion.record import FIELDS
 from achse.st.lexis.xml import Element
 from achse.station.configuration.types import LONGEST_NAME, ConfigError
@@ -132,7 +133,7 @@ class LeftOut:
         for tag, attribute in _KINDS:
             elements = axis.all(tag)
             for element in elements[:1]:
-                if attribute in element.attributes:
+                if attribute in element.attributes and not _is_simulated(axis, tag):
                     self.add(f"{tag}@{attribute}")
             for _ in elements[1:]:
                 self.add(f"second {tag}")
@@ -169,6 +170,8 @@ def axis_table(element: Element, path: Path, left_out: LeftOut) -> dict[str, Any
     unit = _attribute(element, f"{_AXIS}/General", "UnitName")
     if unit:
         axis["unit"] = unit[:10]
+    if _is_simulated(element, "Encoder"):
+        axis["simulation_ideal"] = True
     for row in PARAMETERS:
         text = _attribute(element, row.path, row.attribute)
         if text is None:
@@ -184,6 +187,12 @@ def axis_table(element: Element, path: Path, left_out: LeftOut) -> dict[str, Any
     left_out.add_axis(element)
     _check_encoder(axis, path)
     return axis
+
+
+def _is_simulated(axis: Element, tag: str) -> bool:
+    """Return True of the encoder of an axis without hardware, which has the setpoint's position."""
+    kind = whole_number(_attribute(axis, tag, "EncType") or "")
+    return tag == "Encoder" and kind == EncoderType.SIMULATION
 
 
 def _check_encoder(axis: dict[str, Any], path: Path) -> None:
