@@ -95,7 +95,7 @@ def test_project_names_files_of_its_solution_only(
     absolute: bool,
 ) -> None:
     """`depth` folders from the root of the test to the project; levels count from that root."""
-    root = tmp_path_factory.getbasetemp() / f"solution{next(FOLDERS)}"
+    root = tmp_path_factory.getbasetemp() / f"links{next(FOLDERS)}"
     levels = [root]
     for _ in range(depth):
         levels.append(levels[-1] / "Sub")
