@@ -17,7 +17,7 @@ from pathlib import Path
 
 from achse import Station
 from achse.camshaft import CAMS, CamController, CamEncoder
-from achse.native.backend.machine import compiler_installed
+from achse.native.backend import compiler_installed
 from achse.station.configuration.station_file import parse
 
 BARE = """#include <math.h>

@@ -11,7 +11,7 @@ import time
 
 from achse.codes.axis import StartType
 from achse.motion import commands
-from achse.native.backend.machine import compiler_installed
+from achse.native.backend import compiler_installed
 from achse.station.buses.whole_cycle import KERNEL
 from achse.station.configuration.station_file import parse
 from achse.station.station import Station

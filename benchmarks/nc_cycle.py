@@ -24,7 +24,7 @@ from achse.motion import AxisParameters, Nc, commands
 from achse.motion.compiled import KERNEL
 from achse.motion.states import CamInterpolation, SlaveType
 from achse.motion.tables import TableParameters
-from achse.native.backend.machine import compiler_installed
+from achse.native.backend import compiler_installed
 from achse.native.kernels.translate import translate
 
 CYCLE_NS = 2_000_000

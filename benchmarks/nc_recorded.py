@@ -19,7 +19,7 @@ from typing import Any
 from achse.motion import Axis, AxisParameters, Nc, commands
 from achse.motion.fields.declare import Role
 from achse.motion.record import FIELDS
-from achse.native.backend.machine import compiler_installed
+from achse.native.backend import compiler_installed
 from achse.station import Station
 
 PRESETS = {"control_dword": 7, "velocity_override": 1_000_000}

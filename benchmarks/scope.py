@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import Any
 
 from achse import Station
-from achse.native.backend.machine import compiler_installed
+from achse.native.backend import compiler_installed
 from achse.native.memory import MemoryCell
 from achse.scope import SCOPE_TYPES, Recorder, ScopeChannel, ScopeSource, definition_of
 

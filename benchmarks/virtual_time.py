@@ -18,7 +18,7 @@ from typing import NamedTuple
 
 from achse.ams import AmsAddress, Command, Frame
 from achse.ams.commands import ADD_NOTIFICATION_BODY
-from achse.native.backend.machine import compiler_installed
+from achse.native.backend import compiler_installed
 from achse.station import Station
 from achse.station.configuration.station_file import parse
 

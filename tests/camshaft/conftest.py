@@ -5,7 +5,7 @@ from collections.abc import Iterable
 import pytest
 
 from achse.camshaft import CamController, CamEncoder
-from achse.native.backend.machine import compiler_installed
+from achse.native.backend import compiler_installed
 
 KINDS = [False, pytest.param(True, marks=pytest.mark.skipif(not compiler_installed(), reason="no"))]
 

@@ -18,7 +18,7 @@ from achse.camshaft.parameters import (
     CamParameter,
     CamParameterError,
 )
-from achse.native.backend.machine import compiler_installed
+from achse.native.backend import compiler_installed
 
 BY_NAME = {each.name: each for each in (*CONTROLLER_PARAMETERS, *ENCODER_PARAMETERS)}
 FLAGS = {"encoder_error", "shaft_error", "rate_error", "configured_cams"}

@@ -3,7 +3,7 @@
 from typing import Any
 
 from achse.drive import VirtualDrive
-from achse.native.backend.machine import compiler_installed
+from achse.native.backend import compiler_installed
 
 __all__ = ["fast_drive"]
 

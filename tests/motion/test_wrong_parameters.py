@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from achse.codes import NcError
 from achse.codes.nc.choices import ControllerType, DriveType
 from achse.motion import Axis, AxisParameters, Nc, commands
-from achse.native.backend.machine import compiler_installed
+from achse.native.backend import compiler_installed
 
 DT = 0.002
 V = 50.0

@@ -5,7 +5,7 @@ from collections.abc import Callable
 
 import pytest
 
-from achse.native.backend.machine import compiler_installed
+from achse.native.backend import compiler_installed
 from achse.native.memory import MemoryCell
 from achse.scope import (
     SCOPE_TYPES,

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import pytest
 
-from achse.native.backend.machine import compiler_installed
+from achse.native.backend import compiler_installed
 from achse.native.memory import MemoryCell
 from achse.scope.channel import ScopeChannel
 from achse.scope.deck import Deck, DeckChannel, ScopeSource, address_of

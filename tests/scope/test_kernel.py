@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from achse.native.backend.machine import compiler_installed
+from achse.native.backend import compiler_installed
 from achse.native.declare import plain_record
 from achse.scope.kernel import KERNEL, SAMPLED, WATCHED, take_sample
 from achse.scope.trigger import TRIGGER_KINDS, ScopeTrigger

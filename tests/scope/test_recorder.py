@@ -8,7 +8,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from achse.native.backend.machine import compiler_installed
+from achse.native.backend import compiler_installed
 from achse.native.memory import MemoryCell
 from achse.scope.channel import ScopeChannel
 from achse.scope.deck import ScopeSource

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from achse.ams import DeviceError
 from achse.ams.filetime import from_unix_ns
 from achse.ams.notification import NotificationStream
-from achse.native.backend.machine import compiler_installed
+from achse.native.backend import compiler_installed
 from achse.native.declare import Slot, lay_out
 from achse.native.memory import MemoryCell, Rows
 from achse.server.subscriptions import Batch, Beat, Channel, NotificationHandle, Pulse, Series, hint

@@ -104,7 +104,7 @@ class Kernel:
     @property
     def cached(self) -> bool:
         """True if the machine code is in the cache; compiling takes about two seconds."""
-        return self.path.exists()
+        return compiler_installed() and self.path.exists()
 
     @cached_property
     def available(self) -> bool:

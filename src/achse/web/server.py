@@ -124,7 +124,11 @@ class WebServer:
         self._host_for_others = await asyncio.to_thread(address_for_others, self.host)
         if not self._token and not is_own_computer(self.host):
             self._token = Door.new_token()
-        server = self._server = server_for(self.app(self.port), self._most_bytes())
+        try:
+            server = self._server = server_for(self.app(self.port), self._most_bytes())
+        except WebExtraMissing:
+            listener.close()
+            raise
         self._serving = asyncio.create_task(server.serve(sockets=[listener]))
         ready = asyncio.create_task(server.ready.wait())
         await asyncio.wait((ready, self._serving), return_when=asyncio.FIRST_COMPLETED)

@@ -11,7 +11,7 @@ from achse.codes.nc.choices import MotionPhase
 from achse.devices.nc.axes.structures import NC_TO_PLC_TC3
 from achse.motion import Axis, AxisParameters, Nc, commands
 from achse.motion.readout.cyclic_image import IMAGE_BYTES, AxisImages, images_of
-from achse.native.backend.machine import compiler_installed
+from achse.native.backend import compiler_installed
 from achse.native.compiled import checked_builds
 
 needs_compiler = pytest.mark.skipif(not compiler_installed(), reason="needs llvmlite")

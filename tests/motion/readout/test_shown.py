@@ -5,7 +5,7 @@ import pytest
 from achse.motion import AxisParameters, Nc
 from achse.motion.readout.shown import SHOWN, modulo_place
 from achse.motion.record import FIELDS, LAYOUT, PARTS
-from achse.native.backend.machine import compiler_installed
+from achse.native.backend import compiler_installed
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,7 @@ from achse.codes.nc.choices import MotionPhase
 from achse.devices.nc.axes.states import AXIS_STATES
 from achse.motion import Axis, AxisParameters, Nc
 from achse.motion.readout.shown_values import VALUES
-from achse.native.backend.machine import compiler_installed
+from achse.native.backend import compiler_installed
 from achse.native.memory import ComputedCell
 from achse.native.sampling import Sampler
 

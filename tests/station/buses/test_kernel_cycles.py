@@ -11,7 +11,7 @@ from achse.ethercat import Disturbance
 from achse.ethercat.ring_segment import RingSegment
 from achse.ethercat.terminals import AnalogTerminal, DigitalTerminal, Terminal
 from achse.motion import commands
-from achse.native.backend.machine import compiler_installed
+from achse.native.backend import compiler_installed
 from achse.station.buses.ethercat_bus import EthercatBus
 from achse.station.buses.kernel_cycles import KernelCycles
 from achse.station.buses.whole_cycle import KERNEL

@@ -3,7 +3,7 @@
 import pytest
 
 from achse.motion.compiled import KERNEL as MOTION
-from achse.native.backend.machine import compiler_installed
+from achse.native.backend import compiler_installed
 from achse.station.buses.whole_cycle import KERNEL, STRAND
 
 

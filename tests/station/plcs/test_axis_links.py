@@ -7,7 +7,7 @@ import pytest
 
 from achse.devices.nc.axes.structures import NC_TO_PLC_TC2, NC_TO_PLC_TC3
 from achse.motion import AxisParameters, Nc
-from achse.native.backend.machine import compiler_installed
+from achse.native.backend import compiler_installed
 from achse.plc import Area
 from achse.station import ConfigError, Station
 from achse.station.configuration.station_file import parse

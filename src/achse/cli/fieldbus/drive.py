@@ -124,7 +124,7 @@ def serve(
     Raw Ethernet needs the privilege CAP_NET_RAW; other interfaces are not touched.
     """
     from achse.ethercat import Slave
-    from achse.native.backend.machine import compiler_installed
+    from achse.native.backend import compiler_installed
 
     if place is not None:
         option = "--udp" if ":" in place else "--interface"

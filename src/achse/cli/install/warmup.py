@@ -26,7 +26,7 @@ def warmup(json: Json = False) -> None:
     from achse.motion.path.compiled import KERNEL as PATH
     from achse.motion.readout.cyclic_image import KERNEL as IMAGES
     from achse.motion.servo.compiled import SEND, TAKE
-    from achse.native.backend.machine import compiler_installed
+    from achse.native.backend import compiler_installed
     from achse.native.sampling import KERNEL as SAMPLING
     from achse.scope.kernel import KERNEL as SCOPE
     from achse.server.frame_stream import KERNEL as FRAMES

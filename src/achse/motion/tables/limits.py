@@ -12,7 +12,7 @@ from achse.codes import NcError
 from achse.codes.nc.choices import TableType
 from achse.motion.tables.errors import TableError
 from achse.motion.tables.table import MOTION_POINT, Table
-from achse.native.backend.machine import compiler_installed
+from achse.native.backend import compiler_installed
 
 _NUMBERS = 1 << 17
 _NUMBERS_PLAIN = 1 << 15
