@@ -1,6 +1,5 @@
 """Client commands: the options that name a target, its connection, and how a refusal is told."""
 
-import asyncio
 import functools
 import inspect
 import os
@@ -70,6 +69,8 @@ def client_command(
             if callable(listens):
                 tcp_port = _tcp_port(own.pop("context"), tcp_port, listens(own))
             if alone is not None and alone(own):
+                import asyncio  # rarely needed: not at each start
+
                 asyncio.run(command(None, **own))
                 return
             lasting = endless(own) if callable(endless) else endless
@@ -209,6 +210,8 @@ def _run(
 
 async def ports_that_answer(client: "Client") -> list[int]:
     """Return which of the usual AMS ports of a target answer, by one request each."""
+    import asyncio
+
     from achse.ams import AdsError
 
     async def answers(port: int) -> bool:

@@ -13,14 +13,14 @@ from struct import pack, unpack
 from typing import Any
 from weakref import WeakKeyDictionary
 from xml.parsers import expat
-from xml.sax.saxutils import escape
 
 from achse.plc.routines.builtins import BuiltinContext, FunctionBody
 from achse.plc.routines.document_texts import KeptDocuments, copy_part, copy_text, text_at
 
 _MOST_ITEMS = 1_000_000
 _DEEPEST = 256
-_QUOTE = {'"': "&quot;", "\n": "&#10;", "\t": "&#9;", "\r": "&#13;"}
+_IN_TEXT = str.maketrans({"&": "&amp;", "<": "&lt;", ">": "&gt;"})
+_IN_QUOTES = _IN_TEXT | str.maketrans({'"': "&quot;", "\n": "&#10;", "\t": "&#9;", "\r": "&#13;"})
 _NAME = re.compile(r"[^\W\d][\w.:-]*")
 _DECLARATION = '<?xml version="1.0"?>\n'
 
@@ -263,8 +263,10 @@ def _lines(items: Any, depth: int) -> Iterator[str]:
     """Yield elements as text, each on a line of its own; one with a text is one line."""
     for item in items:
         indent = "\t" * depth
-        attributes = "".join(f' {one.name}="{escape(one.text, _QUOTE)}"' for one in item.attributes)
-        text = _cdata(item.text) if item.is_cdata else escape(item.text)
+        attributes = "".join(
+            f' {one.name}="{one.text.translate(_IN_QUOTES)}"' for one in item.attributes
+        )
+        text = _cdata(item.text) if item.is_cdata else item.text.translate(_IN_TEXT)
         if item.children and not text:
             yield f"{indent}<{item.name}{attributes}>\n"
             yield from _lines(item.children, depth + 1)

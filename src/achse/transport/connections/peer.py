@@ -465,7 +465,7 @@ class Peer(PeerWriter):
         elif frame.command == Command.NOTIFICATION:
             if self._hold(packet):
                 return True
-        elif self._ends_subscription or _is_deleted(frame):
+        elif self.outbox.held_size and (self._ends_subscription or _is_deleted(frame)):
             self._ends_subscription = False
             if self.outbox.hold_answer(packet):
                 self.count()
