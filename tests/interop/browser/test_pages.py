@@ -123,6 +123,14 @@ def test_tables_are_cards_on_a_phone(
         tab.picture(f"cards-{table.split()[0].lower()}")
 
 
+def test_the_row_of_pages_shows_the_open_one_on_a_phone(show: Show, station: Any) -> None:
+    with show(station.url, viewport=PHONE) as tab:
+        for name in ("log", "overview"):
+            page = tab.open(name)
+            link, row = (page.locator(each).bounding_box() for each in ("[aria-current]", "#nav"))
+            assert -1 < link["x"] - row["x"] < row["width"] - link["width"] + 1, name
+
+
 def test_the_first_page_is_light_and_asks_nobody_else(show: Show, station: Any) -> None:
     with show(station.url, fresh=True) as tab:
         asked: list[str] = []
@@ -420,6 +428,7 @@ def test_an_object_of_a_drive_is_written_and_set_back(show: Show, drives: Any, u
 
 def test_everything_is_reached_by_keys(shown: Any, until: Any) -> None:
     page = shown.open("overview")
+    until(page.locator("#stop").is_enabled)
     page.keyboard.press("Tab")
     assert page.evaluate("document.activeElement.id") == "stop"
     page.keyboard.press("?")

@@ -79,6 +79,13 @@ function drawNavigation() {
   );
 }
 
+/** Show a link in the row of pages of a narrow screen. `scrollIntoView` would let Tab go on there. */
+function scrollRowTo(link) {
+  const row = at("nav").getBoundingClientRect();
+  const { left, right } = link.getBoundingClientRect();
+  at("nav").scrollLeft += Math.min(0, left - row.left) + Math.max(0, right - row.right);
+}
+
 async function open() {
   const opening = ++openings;
   const known = pages();
@@ -88,7 +95,7 @@ async function open() {
   const there = known.includes(entry);
   for (const a of at("nav").querySelectorAll("a")) {
     mark(a, "aria-current", a.dataset.page === wanted ? "page" : null);
-    if (a.dataset.page === wanted) a.scrollIntoView({ block: "nearest", inline: "nearest" });
+    if (a.dataset.page === wanted) scrollRowTo(a);
   }
   const title = entry?.title ?? "No such page";
   let module = null;
