@@ -232,7 +232,7 @@ class Slave:
         esc.set_al_status(state, code)
 
     def reset_services(self) -> None:
-        """The mailbox opens: its lengths are known now."""
+        """Start the mailbox protocols with the lengths that the master configured."""
         if not self._has_mailbox:
             return
         sync_managers = self.esc.sync_managers

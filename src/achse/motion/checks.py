@@ -56,7 +56,7 @@ def check_permitted(axis: Axis, direction: float) -> int:
     if axis.axis_type == AxisType.ENCODER:
         return NcError.AXIS_INCOMPATIBLE
     control = axis.control_dword
-    if not _powered(axis):
+    if not _is_enabled(axis):
         return NcError.CONTROLLER_ENABLE_MISSING
     if direction > 0.0 and not control & ControlBit.FEED_ENABLE_PLUS:
         return NcError.ENABLE_MISSING
@@ -67,23 +67,25 @@ def check_permitted(axis: Axis, direction: float) -> int:
     )
     if axis.drive_status & STATUS_ERROR or blocked:
         return NcError.DRIVE_NOT_READY_AT_START
-    if axis.followers and not all(map(_powered, _slaves(axis))):
+    if axis.followers and not all(map(_is_enabled, _slaves(axis))):
         return NcError.SLAVE_ENABLE_MISSING
     return OK
 
 
-def _powered(axis: Axis) -> bool:
+def _is_enabled(axis: Axis) -> bool:
+    """True if the axis has its controller enable and its drive output."""
     return bool(axis.control_dword & ControlBit.ENABLE) and not axis.drive_output_disabled
 
 
 def _slaves(master: Axis) -> Iterator[Axis]:
-    """All axes that move with this one, those of its slaves too."""
+    """Yield each axis that is coupled to this master, directly or through another slave."""
     axes = list(master.fellows.values())
-    row = axes.index(master)
-    for axis in axes:
-        if axis.coupling.law and row in axis.followed:
+    moved = {master.index}
+    for row in master.order.rows:  # masters come first, so that one pass is enough
+        axis = axes[row]
+        if axis.coupling.law and not moved.isdisjoint(axis.followed):
+            moved.add(row)
             yield axis
-            yield from _slaves(axis)
 
 
 def check_velocity(axis: Axis, velocity: float) -> int:

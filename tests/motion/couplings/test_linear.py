@@ -8,6 +8,8 @@ from hypothesis import strategies as st
 
 from achse.codes import NcError
 from achse.motion import AxisParameters, Nc, commands
+from achse.motion.checks import check_permitted
+from achse.motion.states import SlaveType
 from tests.motion.enabled_axes import QUICK, enabled_axes
 
 
@@ -121,6 +123,19 @@ def test_a_master_does_not_start_while_a_slave_has_no_enable(kind: int) -> None:
     assert commands.start(master, 1, 10.0, 100.0) == 0
     nc.cycle(2000)
     assert [axis.set_position for axis in nc] == pytest.approx([10.0, 10.0, -20.0], abs=1e-3)
+
+
+@pytest.mark.parametrize("without", [None, 1, 40])
+def test_slaves_of_several_masters_each_are_looked_at_once(without: int | None) -> None:
+    """40 axes that follow the two before them have 10^8 ways from the first to the last."""
+    nc = enabled_axes(41)
+    axes = list(nc)
+    for n, slave in enumerate(axes[1:], 1):
+        slave.follow(SlaveType.LINEAR, axes[max(n - 2, 0) : n])
+    if without is not None:
+        axes[without].control_dword = 6
+    refused = 0 if without is None else NcError.SLAVE_ENABLE_MISSING
+    assert check_permitted(axes[0], 1.0) == refused
 
 
 def test_a_slave_that_loses_its_enable_in_motion_brakes_alone() -> None:

@@ -90,8 +90,16 @@ def test_pairs_are_found_if_there_are_any(random: Random) -> None:
 
 
 def test_a_constant_that_is_left_out_decides_too() -> None:
-    decision = DecisionShape(("AND", (("AND_THEN", (0, False)), 1)), 2)
-    assert all(not vector.unmasked for vector in decision.vectors)
+    for constant in (
+        False,
+        ("AND", (False, 1)),
+        ("NOT", (("OR", (1, True)),)),
+        ("XOR", (True, True)),
+    ):
+        decision = DecisionShape(("AND", (("AND_THEN", (0, constant)), 2)), 3)
+        assert all(0 not in vector.unmasked for vector in decision.vectors)
+        decision = DecisionShape(("AND_THEN", (0, ("NOT", (constant,)))), 2)
+        assert all(0 in vector.unmasked for vector in decision.vectors if not vector.values[0])
 
 
 def read(offset: int) -> Read:

@@ -8,9 +8,8 @@ from achse.st.files.solution import (
     AxisMapping,
     ChannelMapping,
     TaskOptions,
-    axis_mappings,
-    channel_mappings,
     mapping_files,
+    nc_mappings,
     solution_files,
     task_options,
     type_files,
@@ -75,7 +74,7 @@ LINKS = b"""<TcSmProject><Project><Motion><NC><SAF><Axis Id="1" AxisType="1"><Na
 
 def test_links_of_axes_from_both_sides() -> None:
     """Whole structures of axes only, whichever side stands first."""
-    assert axis_mappings([(LINKS, "a.tsproj")]) == (
+    assert nc_mappings([(LINKS, "a.tsproj")]).axes == (
         AxisMapping("Axis 1", 1, "Plc", "MAIN.a.NcToPlc"),
         AxisMapping("Axis 1", 1, "Plc", "MAIN.a.PlcToNc"),
         AxisMapping("A & B", 7, "Plc", "GVL.b[2]"),
@@ -97,18 +96,19 @@ def test_links_in_files_of_their_own(tmp_path: Path) -> None:
         file = tmp_path / "_Config" / names
         file.parent.mkdir(parents=True, exist_ok=True)
         file.write_bytes(data)
-    files = list(mapping_files(tmp_path))
-    assert axis_mappings(files) == (AxisMapping("X", 9, "B", "MAIN.x"),)
-    assert channel_mappings(files) == (
+    mappings = nc_mappings(mapping_files(tmp_path))
+    assert mappings.axes == (AxisMapping("X", 9, "B", "MAIN.x"),)
+    assert mappings.channels == (
         ChannelMapping("Channel", "A", "MAIN.c"),
         ChannelMapping("Kin", "C", "MAIN.k"),
     )
+    assert mappings.of_projects({"c"}) == (mappings.axes, mappings.channels[1:])
 
 
 @pytest.mark.parametrize("part", [b"<Mappings>", b"<Mappings></Mappings", b"<Link ", b"<Axis "])
 def test_repeated_parts_take_linear_time(part: bytes) -> None:
     data = b"<Mappings>" + part * 200_000 + b"</Mappings>"
-    assert axis_mappings([(data, "a.tsproj")]) == ()
+    assert nc_mappings([(data, "a.tsproj")]) == ((), ())
 
 
 @pytest.mark.parametrize(
@@ -117,7 +117,7 @@ def test_repeated_parts_take_linear_time(part: bytes) -> None:
      b'<Link VarA="" VarB="Outputs^ToPlc"/></Mappings>', b"<Mappings>\xff<OwnerA Name=\"\xff\">"],
 )  # fmt: skip
 def test_no_links(data: bytes) -> None:
-    assert axis_mappings([(data, "a.tsproj")]) == ()
+    assert nc_mappings([(data, "a.tsproj")]) == ((), ())
 
 
 def test_the_solution_is_in_the_folder_or_above(tmp_path: Path) -> None:

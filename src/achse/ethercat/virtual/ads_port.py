@@ -38,11 +38,14 @@ class AdsPort:
 
     def __init__(self, device: _Objects, room: int) -> None:
         self._device = device
-        self.room = room
-        """Longest reply."""
+        self.open(room)
         self._commands: dict[int, Callable[[bytes], bytes | ReturnCode]] = {
             _NAME: self._name, _READ: self._read, _WRITE: self._write, _STATE: self._state,
         }  # fmt: skip
+
+    def open(self, room: int) -> None:
+        """Begin again with replies of up to `room` bytes."""
+        self._room = room
 
     def answer(self, data: bytes) -> Iterable[bytes] | int:
         """The reply to a packet, or a mailbox error; responses are taken in silence."""
@@ -80,7 +83,7 @@ class AdsPort:
             value = self._device.read_object(offset >> 16, offset & 0xFF)
         except SdoAbort as abort:
             return return_code_of(abort.code)
-        if len(value) > min(length, self.room - _HEAD.size - 8):
+        if len(value) > min(length, self._room - _HEAD.size - 8):
             return ReturnCode.INVALID_SIZE
         return struct.pack("<II", 0, len(value)) + value
 

@@ -52,15 +52,16 @@ class MailboxServices:
         }
 
     def open(self, room: int) -> None:
-        """The mailbox opens: `room` is how long a message may be behind its mailbox header."""
-        self._room = self._ads.room = room
+        """Begin again with messages of up to `room` bytes behind their mailbox header."""
+        self._room = room
+        self._ads.open(room)
         if self.network is not None:
             self.network.open(room)
         if self.parameters is not None:
             self.parameters.open(room)
 
     def _fitting(self, handler: _Handler, data: bytes) -> Iterable[bytes] | int:
-        """The replies of a protocol; an error if the mailbox has no room for one of them."""
+        """Return the replies of a protocol, or an error if one is longer than the mailbox."""
         replies = handler(data)
         if isinstance(replies, int):
             return replies

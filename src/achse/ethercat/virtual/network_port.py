@@ -52,7 +52,7 @@ class NetworkPort:
         self.open(room)
 
     def open(self, room: int) -> None:
-        """Begin again with messages of this length; frames that wait in longer ones are dropped."""
+        """Begin again with messages of up to `room` bytes; drop frames queued in longer ones."""
         self._room = room
         self._assembly = FrameAssembly()
         if any(len(message) > room for message in self.waiting):

@@ -94,7 +94,7 @@ class SercosParameters:
             self._drives[drive].setdefault(idn, _Parameter(name, data))
 
     def open(self, room: int) -> None:
-        """Begin again; an answer may have `room` bytes behind its mailbox header."""
+        """Begin again with replies of up to `room` bytes behind their mailbox header."""
         self._room = max(room - _HEAD.size, 1)
         self._pending = bytearray()
 

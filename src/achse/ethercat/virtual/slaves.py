@@ -66,7 +66,7 @@ class VirtualSlave(Slave):
         self._show_identification()
 
     def reset_services(self) -> None:
-        """The mailbox opens: its lengths are known now."""
+        """Start the mailbox protocols with the lengths that the master configured."""
         super().reset_services()
         box = self.memory.mailbox()
         if box is not None:

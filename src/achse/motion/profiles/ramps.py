@@ -18,7 +18,7 @@ MAX_ITERATIONS = 40  # at most a dozen were ever needed
 
 _SMALLEST_LIMIT = 1e-9  # with these bounds no intermediate result overflows;
 _LARGEST_LIMIT = 1e12  # limits beyond count as the bound
-_SMALL = 1e-4  # of another acceleration: one whose rounding is more than what segments cancel
+_SMALL = 1e-4  # ratio of two accelerations below which the rounding error of the larger counts
 
 
 def bounded(limit: float) -> float:
@@ -64,9 +64,10 @@ def append_change(
 ) -> int:
     """Append the change of acceleration from `a` to `peak` >= 0, both in the sense of `jerk`.
 
-    A peak that is small against `a` is reached by way of 0, exactly: the rounding of `a` would be
-    left when the peak is taken away, and would bend what comes then, which may be hours. Behind a
-    crossing and a bring-in the way to 0 is part of the bring-in: the table has no room for more.
+    If the peak is small against `a`, the acceleration passes through exactly 0: otherwise the
+    rounding error of `a` remains behind the peak and bends the rest of the profile, which may last
+    hours. Behind a segment of the same jerk that segment is extended to 0, because the table has no
+    room for another one.
     """
     if peak < -a * _SMALL:
         if n > 1 and seg_jerk[n - 1] == jerk:

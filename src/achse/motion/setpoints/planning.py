@@ -376,7 +376,7 @@ def plan(ax: AxisFields) -> int:
         count = _fill(ax, limit, share, 0)
     if count < 0:
         return count
-    pauses = ax.profile.end == TO_PAUSE  # the way to the target is planned behind it
+    pauses = ax.profile.end == TO_PAUSE  # the move to the target is planned behind the pause
     if phase == MotionPhase.POSITIONING and ax.job.peak_velocity == 0.0 and not pauses:
         ax.job.peak_velocity = _peak_velocity(ax, ax.set.velocity, ax.set.acceleration, count)
     ax.profile.abrupt = 0
@@ -392,7 +392,7 @@ def plan(ax: AxisFields) -> int:
 
 
 def _braking(ax: AxisFields, deceleration: float, jerk: float) -> int:
-    """Return 1 if a positioning to rest is in its last ramp, with this deceleration, else 0."""
+    """Return 1 if a positioning to standstill is in its last ramp, with this deceleration."""
     if ax.set_motion_phase != MotionPhase.POSITIONING or ax.border.velocity > 0.0:
         return 0
     way = ax.border.position - ax.set.position

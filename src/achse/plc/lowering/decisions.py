@@ -9,7 +9,7 @@ Source: masking MC/DC as in CAST-10.
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import combinations
+from itertools import product
 from typing import NamedTuple, TypeAlias
 
 from achse.iec.elementary import BoolType
@@ -90,15 +90,18 @@ def _evaluated(shape: Shape, bits: int, values: list[bool | None]) -> bool:
     if operator in ("AND_THEN", "OR_ELSE"):
         left = _evaluated(parts[0], bits, values)
         return left if left is _DECIDING[operator] else _evaluated(parts[1], bits, values)
-    found = [_evaluated(part, bits, values) for part in parts]
+    return _combined(operator, [_evaluated(part, bits, values) for part in parts])
+
+
+def _combined(operator: str, operands: Sequence[bool]) -> bool:
     match operator:
-        case "AND":
-            return all(found)
-        case "OR":
-            return any(found)
+        case "AND" | "AND_THEN":
+            return all(operands)
+        case "OR" | "OR_ELSE":
+            return any(operands)
         case "XOR":
-            return sum(found) % 2 == 1
-    return not found[0]
+            return sum(operands) % 2 == 1
+    return not operands[0]
 
 
 def _unmask(shape: Shape, bits: int, unmasked: set[int]) -> None:
@@ -115,21 +118,21 @@ def _unmask(shape: Shape, bits: int, unmasked: set[int]) -> None:
             return  # left out
         others = (*parts[:place], *parts[place + 1 :])
         if operator in ("AND_THEN", "OR_ELSE") and not place and _value(part, bits) is deciding:
-            if not _can_be(others[0], not deciding):
+            if (not deciding) not in _outcomes(others[0]):
                 return  # a constant decides alone
             others = ()  # left out
         if deciding is None or all(_value(other, bits) is not deciding for other in others):
             _unmask(part, bits, unmasked)
 
 
-def _can_be(shape: Shape, outcome: bool) -> bool:
-    """True if the conditions of a shape have values that give this outcome."""
-    numbers = list(_conditions(shape))
-    return any(
-        _value(shape, sum(1 << number for number in chosen)) is outcome
-        for size in range(len(numbers) + 1)
-        for chosen in combinations(numbers, size)
-    )
+def _outcomes(shape: Shape) -> set[bool]:
+    """Return the outcomes that a shape can have; each of its conditions is independent."""
+    if isinstance(shape, bool):
+        return {shape}
+    if isinstance(shape, int):
+        return {False, True}
+    operator, parts = shape
+    return {_combined(operator, operands) for operands in product(*map(_outcomes, parts))}
 
 
 def _value(shape: Shape, bits: int) -> bool:

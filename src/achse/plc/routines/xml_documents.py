@@ -9,6 +9,7 @@ Source: method names and samples of public pages; layout of the text as far as p
 
 import re
 from collections.abc import Callable, Iterator, Mapping
+from html import escape
 from struct import pack, unpack
 from typing import Any
 from weakref import WeakKeyDictionary
@@ -19,8 +20,7 @@ from achse.plc.routines.document_texts import KeptDocuments, copy_part, copy_tex
 
 _MOST_ITEMS = 1_000_000
 _DEEPEST = 256
-_IN_TEXT = str.maketrans({"&": "&amp;", "<": "&lt;", ">": "&gt;"})
-_IN_QUOTES = _IN_TEXT | str.maketrans({'"': "&quot;", "\n": "&#10;", "\t": "&#9;", "\r": "&#13;"})
+_IN_QUOTES = str.maketrans({'"': "&quot;", "\n": "&#10;", "\t": "&#9;", "\r": "&#13;"})
 _NAME = re.compile(r"[^\W\d][\w.:-]*")
 _DECLARATION = '<?xml version="1.0"?>\n'
 
@@ -264,9 +264,10 @@ def _lines(items: Any, depth: int) -> Iterator[str]:
     for item in items:
         indent = "\t" * depth
         attributes = "".join(
-            f' {one.name}="{one.text.translate(_IN_QUOTES)}"' for one in item.attributes
+            f' {one.name}="{escape(one.text, quote=False).translate(_IN_QUOTES)}"'
+            for one in item.attributes
         )
-        text = _cdata(item.text) if item.is_cdata else item.text.translate(_IN_TEXT)
+        text = _cdata(item.text) if item.is_cdata else escape(item.text, quote=False)
         if item.children and not text:
             yield f"{indent}<{item.name}{attributes}>\n"
             yield from _lines(item.children, depth + 1)

@@ -18,7 +18,7 @@ Source: project files of TwinCAT 3.1 (build 4024), task tab of the system manage
 """
 
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from html import unescape
 from pathlib import Path
 from typing import NamedTuple
@@ -106,6 +106,19 @@ class ChannelMapping(NamedTuple):
     """One structure: `MAIN.fromChannel`."""
 
 
+class NcMappings(NamedTuple):
+    """The links between the PLCs and the NC of a solution."""
+
+    axes: tuple[AxisMapping, ...] = ()
+    channels: tuple[ChannelMapping, ...] = ()
+
+    def of_projects(self, names: Collection[str]) -> "NcMappings":
+        """Return the links of these projects (in lower case); all links where they have none."""
+        axes = tuple(each for each in self.axes if each.plc.casefold() in names)
+        channels = tuple(each for each in self.channels if each.plc.casefold() in names)
+        return NcMappings(axes or self.axes, channels or self.channels)
+
+
 class VariableLink(NamedTuple):
     """Two variables of a solution that are linked, each with the path of its owner."""
 
@@ -122,6 +135,8 @@ _AXIS = re.compile(rb"<Axis\b([^<>]*)>(?:\s*<Name>([^<]*)</Name>)?")
 PLC_OWNER, NC_OWNER = "TIPC", "TINC"
 """First names of the paths of a PLC project, and of the NC."""
 _AXES = "Axes"
+_LEVEL_OF_CHANNELS = 3
+"""Names in the path of a channel."""
 _SIGNALS = ("outputs^toplc", "inputs^fromplc")
 _INSTANCE = " Instance"
 _OWN = ("", "__THIS__")
@@ -132,7 +147,7 @@ _MOST_ITEMS = 100
 
 
 def mapping_files(path: Path) -> Iterator[tuple[bytes, str]]:
-    """The files of a solution that may have links, with their names."""
+    """Yield the files of a solution that may have links, with their names."""
     for file in _solutions(path):
         yield content_of(file, file.name), file.name
         for names in _CONFIG:
@@ -145,9 +160,9 @@ def mapping_files(path: Path) -> Iterator[tuple[bytes, str]]:
 
 
 def links_of(data: bytes, name: str) -> Iterator[VariableLink]:
-    """The links of a file, in its order; paths of owners are those that the `.tsproj` would have.
+    """Yield the links of a file in order, with the owners' paths as in the `.tsproj`.
 
-    `name` is that of the file, which an owner without a name is.
+    An owner without a name has the name of the file (`name`).
     """
     end = 0
     while (begin := data.find(_BEGIN, end)) >= 0 and (end := data.find(_END, begin)) >= 0:
@@ -172,46 +187,31 @@ def _owner(path: str, file: str) -> tuple[str, ...]:
     return (PLC_OWNER, project, of_file) if project != of_file else said
 
 
-def axis_mappings(files: Iterable[tuple[bytes, str]]) -> tuple[AxisMapping, ...]:
-    """The links between PLCs and axes, in order of the files."""
-    known = list(files)
+def nc_mappings(files: Iterable[tuple[bytes, str]]) -> NcMappings:
+    """Return the links between PLCs and the NC, in order of the files."""
     ids: dict[str, int] = {}
-    for data, _ in known:
+    axes: list[tuple[str, str, str]] = []
+    channels: list[ChannelMapping] = []
+    for data, name in files:
         ids = {**_axis_ids(data), **ids}
-    return tuple(
-        AxisMapping(nc[-1], ids.get(nc[-1], 0), plc, variable)
-        for nc, plc, variable in _mapped(known)
-        if nc[-2:-1] == (_AXES,)
+        for nc, plc, variable in (each for link in links_of(data, name) for each in _sides(link)):
+            if len(nc) == _LEVEL_OF_CHANNELS:
+                channels.append(ChannelMapping(nc[-1], plc, variable))
+            else:
+                axes.append((nc[-1], plc, variable))
+    return NcMappings(
+        tuple(AxisMapping(axis, ids.get(axis, 0), plc, name) for axis, plc, name in axes),
+        tuple(channels),
     )
-
-
-def channel_mappings(files: Iterable[tuple[bytes, str]]) -> tuple[ChannelMapping, ...]:
-    """The links between PLCs and channels of the NC, in order of the files."""
-    return tuple(
-        ChannelMapping(nc[2], plc, variable)
-        for nc, plc, variable in _mapped(files)
-        if len(nc) == _LEVEL_OF_CHANNELS
-    )
-
-
-_LEVEL_OF_CHANNELS = 3
 
 
 def is_nc_link(link: VariableLink) -> bool:
-    """Return True for a link of a whole structure of an axis or a channel of the NC to a PLC."""
+    """True for a link between a PLC and the structure of an axis or a channel of the NC."""
     return any(True for _ in _sides(link))
 
 
-def _mapped(
-    files: Iterable[tuple[bytes, str]],
-) -> Iterator[tuple[tuple[str, ...], str, str]]:
-    """The owner of each structure of the NC, the project of the PLC, and the variable there."""
-    for data, name in files:
-        for link in links_of(data, name):
-            yield from _sides(link)
-
-
 def _sides(link: VariableLink) -> Iterator[tuple[tuple[str, ...], str, str]]:
+    """Yield the owner of the NC structure, the project of the PLC, and the variable there."""
     for plc, variable, nc, signal in (link, (*link[2:], *link[:2])):
         if (
             plc[0] == PLC_OWNER

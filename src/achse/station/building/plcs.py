@@ -29,9 +29,14 @@ def make_plcs(building: Building) -> None:
         _tell_logger_of_exceptions(building, plc)
     links: list[Mapping[int, PlcLinks]] = []
     if building.nc is not None and building.plcs:
-        mapped = {port: source.mapped_axes() for port, source in building.sources.items()}
-        links.append(link_axes(building.nc, building.plcs, ground.config.axis, mapped))
-        channels = {port: source.mapped_channels() for port, source in building.sources.items()}
+        mappings = {
+            port: found
+            for port, source in building.sources.items()
+            if (found := source.nc_mappings()) is not None
+        }
+        axes = {port: each.axes for port, each in mappings.items()}
+        links.append(link_axes(building.nc, building.plcs, ground.config.axis, axes))
+        channels = {port: each.channels for port, each in mappings.items()}
         links.append(link_channels(building.nc, building.plcs, ground.config.channel, channels))
     for port, plc in building.plcs.items():
         cycle_ns = math.gcd(*(task.cycle_ns for task in plc.tasks))

@@ -10,7 +10,12 @@ from achse.gcode.canon import Handshake
 from achse.gcode.state.mfunctions import MRule
 from achse.motion.channels.parameters import ChannelParameters
 from achse.motion.channels.store import ProgramStore
-from achse.motion.groups.parameters import GroupParameters, KinematicsParameters
+from achse.motion.groups.parameters import (
+    LONGEST_FIFO,
+    MOST_AXES,
+    GroupParameters,
+    KinematicsParameters,
+)
 from achse.motion.groups.states import (
     ChannelType,
     FifoInterpolation,
@@ -96,9 +101,9 @@ class GroupConfig(ConfigTable):
     axes: Sequence[Annotated[int, Field(ge=0, le=255)]] = ()
     """Ids of axes that belong to it from the start, 0 for an empty place; usually a client assigns
     them."""
-    dimension: int = Field(default=8, ge=1, le=16)
+    dimension: int = Field(default=8, ge=1, le=MOST_AXES)
     """Axes of a FIFO."""
-    length: int = Field(default=1000, ge=1, le=10_000)
+    length: int = Field(default=1000, ge=1, le=LONGEST_FIFO)
     """Rows of a FIFO."""
     interpolation: Literal["linear", "four_point", "cubic_spline"] = "linear"
     """Interpolation between the rows of a FIFO."""

@@ -21,6 +21,7 @@ from collections.abc import Iterator
 from pathlib import Path, PureWindowsPath
 from typing import Any
 
+from achse.motion.nc import HIGHEST_AXIS_ID
 from achse.st.files.files import content_of, files_below, text_of, without_case
 from achse.st.files.forms import Content, files_with, has_content
 from achse.st.files.solution import PLC_OWNER, is_nc_link, links_of
@@ -30,7 +31,7 @@ from achse.station.configuration.solution_nc import (
     LeftOut,
     axis_table,
     channel_tables,
-    tell_axes_apart,
+    make_names_unique,
     whole_number,
 )
 from achse.station.configuration.types import LONGEST_NAME, STATION_FILE, ConfigError
@@ -46,7 +47,6 @@ _OF_FILE = "__FILENAME__"
 _SOURCES = (Content.TEXT, Content.ENVELOPE, Content.EXPORT)
 _SHOWN = 5
 _LONGEST_SHOWN = 80
-_MOST_AXES = 255
 _ROOT = "TcSmProject"
 
 
@@ -136,7 +136,7 @@ class _Files:
         self._unlinked_names: list[str] = []
 
     def read(self, file: Path) -> Element:
-        """Return the content of a file; links in it that a station does not have are counted."""
+        """Return the content of a file, and count its links that a station does not have."""
         content = content_of(file, str(file))
         for link in links_of(content, file.name):
             owners = link.owner[0], link.other_owner[0]
@@ -148,13 +148,13 @@ class _Files:
                 self._unlinked_names.append(variable.partition("^")[2][:_LONGEST_SHOWN])
         return parse_xml(content, str(file), skip=_SKIPPED)
 
-    def tell_unlinked(self) -> None:
-        """One line for the links that are left out."""
+    def report_unlinked(self) -> None:
+        """Log the links that are left out in one line."""
         if count := self._unlinked:
             names = ", ".join(self._unlinked_names)
             more = ", …" if count > len(self._unlinked_names) else ""
-            told = self._path, count, names, more
-            log.info("%s: %d links of PLC variables to hardware are left out: %s%s", *told)
+            values = self._path, count, names, more
+            log.info("%s: %d links of PLC variables to hardware are left out: %s%s", *values)
 
     def named(self, place: Path, name: str) -> Path:
         """Return the file of a name, in which capitals do not count."""
@@ -219,20 +219,20 @@ def _of_solution(path: Path) -> dict[str, Any]:
         cycle = 0 if task is None else whole_number(task.attributes.get("CycleTime", ""))
         if cycle:
             document["nc"] = {"cycle": f"{cycle * _UNITS_OF_CYCLE_NS}ns"}
-        if (count := len(element.all("Axis"))) > _MOST_AXES:
-            raise ConfigError(f"{path}: expected up to {_MOST_AXES} axes, got {count}")
+        if (count := len(element.all("Axis"))) > HIGHEST_AXIS_ID:
+            raise ConfigError(f"{path}: expected up to {HIGHEST_AXIS_ID} axes, got {count}")
         left_out = LeftOut()
         document["axis"] = [
             axis_table(each, path, left_out) for each in _axes(files, place, element)
         ]
-        tell_axes_apart(document["axis"])
+        make_names_unique(document["axis"])
         axis_ids = {axis["id"] for axis in document["axis"]}
         document["channel"], document["group"] = channel_tables(element, axis_ids, path, left_out)
         for each in element.all("Modules"):
             for module in each.all("Module"):
                 left_out.add(f"Modules/Module {module.text_of('Name').strip()}")
-        left_out.tell(path)
-    files.tell_unlinked()
+        left_out.report(path)
+    files.report_unlinked()
     return document
 
 

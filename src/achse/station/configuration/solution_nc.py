@@ -16,9 +16,11 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from achse.codes.nc.choices import EncoderType
+from achse.motion.groups.parameters import LONGEST_FIFO, MOST_AXES
+from achse.motion.nc import HIGHEST_AXIS_ID
 from achse.motion.record import FIELDS
 from achse.st.lexis.xml import Element
-from achse.station.configuration.types import LONGEST_NAME, ConfigError
+from achse.station.configuration.types import LONGEST_NAME, LONGEST_UNIT, ConfigError
 
 log = logging.getLogger("achse.station")
 
@@ -90,22 +92,28 @@ PARAMETERS = (
     AxisPara(f"{_DRIVE}/Analog", "ScaleFactorActTorque", "drive_actual_torque_scaling"),
 )
 """Parameters that an axis takes from its solution; its simulated machine counts in increments of
-the same scaling. The kind of hardware on the bus has no part in it."""
+the same scaling, whatever hardware the solution has."""
 
-_TAKEN = frozenset((row.path, row.attribute) for row in PARAMETERS) | {
+_READ = frozenset((row.path, row.attribute) for row in PARAMETERS) | {
     (f"{_AXIS}/General", "UnitName")
 }
 _SECTIONS = (_AXIS, _ENCODER, _CONTROLLER, _DRIVE)
 _KINDS = (("Encoder", "EncType"), ("Controller", "CtrType"), ("Drive", "DrvType"))
 _SCALING = ("encoder_scaling_numerator", "encoder_scaling_denominator")
 _SOFT_LIMITS = (("encoder_soft_limit_min", 1.0), ("encoder_soft_limit_max", -1.0))
-"""Limits, and the sign of the distance that a position within has from them."""
+"""Limits, with the sign of the distance from them to a permitted position."""
 
 _CHANNELS = {"2": "interpreter", "3": "fifo", "4": "kinematic"}
 _GROUPS = {"4": "3d", "11": "fifo", "12": "kinematic"}
 _INTERPOLATIONS = {"0": "linear", "1": "four_point", "4": "cubic_spline"}
-_FIFO = (("FifoDimension", "dimension", 16), ("FifoLength", "length", 10_000))
-_MOST_IDS = 255
+_FIFO = (("FifoDimension", "dimension", MOST_AXES), ("FifoLength", "length", LONGEST_FIFO))
+_LONGEST_DELTA_NS = 3_600_000_000_000
+_PROGRAMS = ("Interpreter", "Interpreter/MFunc")
+"""Elements of a channel whose program or M functions are left out."""
+_HIGHEST_ID = HIGHEST_AXIS_ID
+"""Of channels too, and of groups, which share the ids of axes."""
+_LONGEST_PART = 80
+_MOST_REPORTED = 40
 
 _WITHIN = (
     ("max_velocity", "rapid_traverse_velocity", "jog_velocity_fast", "jog_velocity_slow"),
@@ -142,20 +150,18 @@ class LeftOut:
             parts = () if found is None else ((section, found), *_parts(section, found))
             for path, element in parts:
                 for attribute in element.attributes:
-                    if (path, attribute) not in _TAKEN:
+                    if (path, attribute) not in _READ:
                         self.add(f"{path}@{attribute}")
 
-    def tell(self, path: Path) -> None:
-        """One line for all of them."""
+    def report(self, path: Path) -> None:
+        """Log all of them in one line."""
         if self._counts:
-            names = [f"{name} ({count})" for name, count in self._counts.most_common(_MOST_TOLD)]
+            names = [
+                f"{name} ({count})" for name, count in self._counts.most_common(_MOST_REPORTED)
+            ]
             more = len(self._counts) - len(names)
             rest = f", and {more} more" if more else ""
             log.info("%s: left out of the NC: %s%s", path, ", ".join(names), rest)
-
-
-_LONGEST_PART = 80
-_MOST_TOLD = 40
 
 
 def _parts(path: str, element: Element) -> Iterator[tuple[str, Element]]:
@@ -164,12 +170,13 @@ def _parts(path: str, element: Element) -> Iterator[tuple[str, Element]]:
 
 
 def axis_table(element: Element, path: Path, left_out: LeftOut) -> dict[str, Any]:
+    """Return the [[axis]] of an `<Axis>`; parameters without a key are added to `left_out`."""
     name = element.text_of("Name").strip()
     axis: dict[str, Any] = {"id": whole_number(element.attributes.get("Id", ""))}
     axis["name"] = name[:LONGEST_NAME] or f"Axis {axis['id']}"
     unit = _attribute(element, f"{_AXIS}/General", "UnitName")
     if unit:
-        axis["unit"] = unit[:10]
+        axis["unit"] = unit[:LONGEST_UNIT]
     if _is_simulated(element, "Encoder"):
         axis["simulation_ideal"] = True
     for row in PARAMETERS:
@@ -190,22 +197,22 @@ def axis_table(element: Element, path: Path, left_out: LeftOut) -> dict[str, Any
 
 
 def _is_simulated(axis: Element, tag: str) -> bool:
-    """Return True of the encoder of an axis without hardware, which has the setpoint's position."""
+    """True for an encoder without hardware, whose position is the set point."""
     kind = whole_number(_attribute(axis, tag, "EncType") or "")
     return tag == "Encoder" and kind == EncoderType.SIMULATION
 
 
 def _check_encoder(axis: dict[str, Any], path: Path) -> None:
-    """Drop values of an encoder that do not go together, and tell it.
+    """Remove a scaling out of range and an offset beyond an enabled soft limit, and log both.
 
-    The offset of an absolute encoder belongs to a count that the hardware had. The simulated one
-    begins at 0: where that would be beyond a limit, the offset means nothing here.
+    The offset of an absolute encoder belongs to the count of its hardware; the simulated encoder
+    starts at count 0.
     """
     numerator, denominator = (axis.get(key, FIELDS[key].default) for key in _SCALING)
     field = FIELDS["encoder_scaling_factor"]
     if not field.least <= numerator / denominator <= field.most:
-        told = path, axis["name"], numerator, denominator
-        log.warning("%s: axis %s: scaling %g / %g is left out", *told)
+        values = path, axis["name"], numerator, denominator
+        log.warning("%s: axis %s: scaling %g / %g is left out", *values)
         for key in _SCALING:
             axis.pop(key, None)
     offset = axis.get("encoder_position_offset", 0.0)
@@ -220,8 +227,8 @@ def _check_encoder(axis: dict[str, Any], path: Path) -> None:
             return
 
 
-def tell_axes_apart(axes: list[dict[str, Any]]) -> None:
-    """Give axes of the same name, where it is too long for a station, names with their ids."""
+def make_names_unique(axes: list[dict[str, Any]]) -> None:
+    """Append its id to the name of each axis whose shortened name is not unique."""
     names = Counter(axis["name"] for axis in axes)
     for axis in axes:
         if names[axis["name"]] > 1:
@@ -260,25 +267,24 @@ def _value(text: str, key: str) -> bool | float | None:
 def channel_tables(
     nc: Element, taken: set[int], path: Path, left_out: LeftOut
 ) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
-    """The channels of an NC with their groups. A group has another id than any axis."""
+    """Return the [[channel]] and [[group]] of an NC; no group has the id of an axis (`taken`)."""
     elements = nc.all("Channel")
-    if len(elements) > _MOST_IDS:
-        raise ConfigError(f"{path}: expected up to {_MOST_IDS} channels, got {len(elements)}")
+    if len(elements) > _HIGHEST_ID:
+        raise ConfigError(f"{path}: expected up to {_HIGHEST_ID} channels, got {len(elements)}")
     channels: dict[int, dict[str, Any]] = {}
     groups: list[dict[str, Any]] = []
     for element in elements:
         name = _name(element)
         number = whole_number(element.attributes.get("Id", ""))
         kind = _CHANNELS.get(element.attributes.get("ChannelType", ""))
-        if kind is None or not 1 <= number <= _MOST_IDS or number in channels:
+        if kind is None or not 1 <= number <= _HIGHEST_ID or number in channels:
             log.warning("%s: channel %s is left out", path, name)
             continue
         channels[number] = {"id": number, "name": name, "type": kind}
-        for tag in ("Interpreter", "MFunc"):
-            if (found := _inner(element, _OF_INTERPRETER[tag])) is not None and (
-                found.text or "ProgName" in found.attributes
-            ):
-                left_out.add(f"Channel/{_OF_INTERPRETER[tag]}")
+        for tag in _PROGRAMS:
+            part = _inner(element, tag)
+            if part is not None and (part.text or "ProgName" in part.attributes):
+                left_out.add(f"Channel/{tag}")
         for each in element.all("Group"):
             group = _group(each, number, kind, taken, path, left_out)
             if group is not None:
@@ -287,20 +293,17 @@ def channel_tables(
     return list(channels.values()), groups
 
 
-_OF_INTERPRETER = {"Interpreter": "Interpreter", "MFunc": "Interpreter/MFunc"}
-
-
 def _group(
     element: Element, channel: int, kind: str, taken: set[int], path: Path, left_out: LeftOut
 ) -> dict[str, Any] | None:
     name = _name(element)
     number = whole_number(element.attributes.get("Id", ""))
     type_ = _GROUPS.get(element.attributes.get("GroupType", ""))
-    free = [each for each in range(_MOST_IDS, 0, -1) if each not in taken]
+    free = [each for each in range(_HIGHEST_ID, 0, -1) if each not in taken]
     if type_ is None or (type_ == "3d") != (kind == "interpreter") or not free:
         log.warning("%s: group %s is left out", path, name)
         return None
-    if number in taken or not 1 <= number <= _MOST_IDS:
+    if number in taken or not 1 <= number <= _HIGHEST_ID:
         log.info("%s: group %s has id %d, %d is taken", path, name, free[0], number)
         number = free[0]
     group: dict[str, Any] = {"id": number, "name": name, "type": type_, "channel": channel}
@@ -323,13 +326,11 @@ def _group(
     return group
 
 
-_LONGEST_DELTA_NS = 3_600_000_000_000
-
-
 def _name(element: Element) -> str:
     name = element.text_of("Name").strip()[:LONGEST_NAME]
     return "".join(sign for sign in name if sign.isprintable())
 
 
 def whole_number(text: str) -> int:
+    """Return the number of up to nine decimal digits; 0 for any other text."""
     return int(text) if text.isascii() and text.isdigit() and len(text) < 10 else 0

@@ -27,6 +27,7 @@ from achse.station.configuration.scope import ScopeConfig
 from achse.station.configuration.signal import SIGNAL_KINDS, SignalConfig
 from achse.station.configuration.terminal import TerminalConfig
 from achse.station.configuration.types import (
+    LONGEST_UNIT,
     ConfigError,
     ConfigTable,
     DeviceName,
@@ -78,7 +79,7 @@ class AxisConfig(BaseModel):
 
     id: int = Field(ge=1, le=255)
     name: DeviceName = Field(min_length=1)
-    unit: str = Field(default="mm", max_length=10)
+    unit: str = Field(default="mm", max_length=LONGEST_UNIT)
     modulo: bool = False
     """True if the position repeats every `encoder_modulo_factor`."""
     plc: str | tuple[str, ...] = ()

@@ -102,9 +102,11 @@ def _printable(value: str) -> str:
 
 LONGEST_NAME = 30
 """Characters of the name of an axis, a group, a bus …"""
+LONGEST_UNIT = 10
+"""Characters of the unit of an axis."""
 
 DeviceName = Annotated[str, Field(max_length=LONGEST_NAME), AfterValidator(_printable)]
-"""Name of an axis, a group, a bus …: up to 30 characters that can be shown."""
+"""Name of an axis, a group, a bus …, of printable characters."""
 
 
 def _password_hash(value: object) -> object:

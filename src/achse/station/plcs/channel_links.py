@@ -200,8 +200,8 @@ def link_channels(
 ) -> Mapping[int, ChannelLinks]:
     """The links of each PLC, by its port.
 
-    `plc` of a channel names its variables. Of the other channels those are linked that the solution
-    of a PLC maps (`mapped`, by port). Where the station has one channel, the only pair of
+    `plc` of a channel names its variables. Other channels get the links of the PLC's solution
+    (`mapped`, by port). Where the station has one channel, the only pair of
     structures (or the only one) belongs to it. What is left is told in the log. Raises ConfigError.
     """
     places = _Structures(nc, plcs)
@@ -229,7 +229,7 @@ def _link_mapped(
     channels: Sequence[ChannelConfig],
     mapped: "Mapping[int, Sequence[ChannelMapping]]",
 ) -> None:
-    """Link the variables that the solutions map, to the channel of that name."""
+    """Link the variables of the solutions' links to the channel of the same name."""
     by_name = {config.name.casefold(): config for config in channels if config.name}
     for port, mappings in mapped.items():
         for mapping in mappings:
@@ -238,5 +238,5 @@ def _link_mapped(
             if config is None or (port, name) not in places.there or (port, name) in places.taken:
                 continue
             places.link(port, name, config, mapping.variable)
-            told = config.id, mapping.variable, port
-            log.info("channel %d is linked to %s of PLC %d by its solution", *told)
+            values = config.id, mapping.variable, port
+            log.info("channel %d is linked to %s of PLC %d by its solution", *values)

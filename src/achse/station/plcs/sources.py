@@ -6,7 +6,7 @@ import importlib.util
 import logging
 import traceback
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import ModuleType
@@ -28,12 +28,10 @@ if TYPE_CHECKING:
     from achse.plc.bodies import Bodies
     from achse.plc.routines.builtins import Services
     from achse.st.declare import Declarations
-    from achse.st.files.solution import AxisMapping, ChannelMapping
+    from achse.st.files.solution import NcMappings
     from achse.st.lexis.source import Diagnostic
     from achse.st.missing import MissingLibrary
     from achse.st.reach import Reach
-
-    _Mapping = TypeVar("_Mapping", AxisMapping, ChannelMapping)
 
 _SHOWN_FAULTS = 20
 _SHOWN_FILES = 5
@@ -113,34 +111,18 @@ class PlcSource:
             ),
         )
 
-    def mapped_axes(self) -> "Sequence[AxisMapping]":
-        """Axes that the solution of the sources links to variables of this PLC.
+    def nc_mappings(self) -> "NcMappings | None":
+        """Axes and channels that the solution of the sources links to variables of this PLC.
 
-        If a link names the project of the sources, only such links count.
+        If a link names the project of the sources, only such links count. None without sources.
         """
         if self.config.sources is None:
-            return ()
-        from achse.st.files.solution import axis_mappings
+            return None
+        from achse.st.files.solution import mapping_files, nc_mappings
 
-        return self._mapped(self.config.sources, axis_mappings)
-
-    def mapped_channels(self) -> "Sequence[ChannelMapping]":
-        """Channels of the NC that it links to variables of this PLC, likewise."""
-        if self.config.sources is None:
-            return ()
-        from achse.st.files.solution import channel_mappings
-
-        return self._mapped(self.config.sources, channel_mappings)
-
-    def _mapped(
-        self, sources: str, read: "Callable[[Iterable[tuple[bytes, str]]], Sequence[_Mapping]]"
-    ) -> "Sequence[_Mapping]":
-        from achse.st.files.solution import mapping_files
-
-        root = self.base / sources
-        found = self._checked(".sources", lambda: read(mapping_files(root)))
-        own = {root.stem.casefold(), root.absolute().parent.name.casefold()}
-        return [each for each in found if each.plc.casefold() in own] or found
+        root = self.base / self.config.sources
+        mappings = self._checked(".sources", lambda: nc_mappings(mapping_files(root)))
+        return mappings.of_projects({root.stem.casefold(), root.absolute().parent.name.casefold()})
 
     def _bodies(self, declared: _Declared, tasks: Sequence[FileTask]) -> "Bodies | None":
         """Return the bodies of the sources; None if there are none, or `execute` is off.

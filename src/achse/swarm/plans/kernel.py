@@ -30,7 +30,7 @@ _LEAST_TIME = 1e-9
 """Time in which an axis at rest on a border passes it."""
 
 _ROUNDING = 4e-15
-"""Of a time: units in its last place, which a sum and a walk of all segments may be apart."""
+"""Relative rounding error of a time that is summed over the segments of a plan."""
 
 
 class ChainRun:
