@@ -197,7 +197,7 @@ ROOMS: Mapping[str, Room] = {
             "web/test_app.py",
             "web/test_server.py",
         ),
-        ("_told", "_first_reason"),
+        ("_error_text", "_first_reason"),
     ),
     "handles": Room(
         "handles, their owners and bounds",
@@ -238,7 +238,7 @@ ROOMS: Mapping[str, Room] = {
             "station/plcs/test_sources.py",
             "transport/test_file_lock.py",
         ),
-        ("_told",),
+        ("_error_text",),
     ),
     "counters": Room(
         "working counters of process data",

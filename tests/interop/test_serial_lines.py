@@ -72,7 +72,7 @@ async def test_notifications_faster_than_the_line_end_with_the_latest_value(tmp_
                 held = 0
                 for value in range(400):
                     await good.write("MAIN.aBig[0]", value)
-                    held = max(held, peer.held)
+                    held = max(held, peer.buffered_bytes)
                 async for sample in samples:
                     if sample.value == 399:
                         break

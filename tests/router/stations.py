@@ -19,9 +19,9 @@ from achse.router import Router
 from achse.router.routes import Route
 from achse.server import Device, TableSizes
 from achse.transport.connections.fair_queue import FairQueue
-from achse.transport.connections.held import Held
 from achse.transport.connections.line import Line
 from achse.transport.connections.peer import Peer
+from achse.transport.connections.send_budget import SendBudget
 from achse.transport.uplinks.uplink import Uplink
 
 TASK = 10_000_000
@@ -178,7 +178,7 @@ class Host:
     def __init__(self, loop: Loop, net_id: NetId, source_nat: bool = False) -> None:
         self.loop = loop
         self.router = Router(net_id, source_nat=source_nat)
-        self.held = Held()
+        self.send_budget = SendBudget()
         self.fair_queue = FairQueue(loop.time)
         self.peers: list[Peer] = []
         self.uplinks: list[Uplink] = []

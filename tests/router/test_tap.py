@@ -154,14 +154,14 @@ def test_whatever_taps_come_fetch_and_go_memory_stays_within_the_limit_and_nothi
             else:
                 tap.close()
                 opened.remove((tap, fetched))
-        assert taps.size == sum(len(encode_batch([each])) for each in taps._kept) <= limit
+        assert taps.size == sum(len(encode_batch([each])) for each in taps._captures) <= limit
         assert len(taps) == len(opened)
         assert router.attended == bool(opened)
     for tap, fetched in opened:
         fetched += [capture.frame.invoke_id for capture in tap.take(1 << 30)]
         assert fetched == sorted(fetched)
         assert len(fetched) + tap.lost == 2 * (passed - begins[tap])
-    assert (taps.size, len(taps._kept)) == (0, 0)
+    assert (taps.size, len(taps._captures)) == (0, 0)
 
 
 captures = st.builds(

@@ -24,8 +24,8 @@ from achse.station.running import states
 from achse.swarm.outcome import WorldOutcome
 from achse.swarm.play import play, play_twice
 from achse.swarm.worlds.drawing import draw_world
-from achse.transport.connections.held import Held
 from achse.transport.connections.peer import Peer
+from achse.transport.connections.send_budget import SendBudget
 
 __all__ = ["PLANTED", "search"]
 
@@ -165,7 +165,9 @@ def ports_kept_by_the_router(patch: Patch) -> None:
 
 
 def bytes_of_a_closed_connection_counted(patch: Patch) -> None:
-    _around(patch, Held, "count", lambda count, held, peer, size: count(held, peer, size or 1))
+    _around(
+        patch, SendBudget, "count", lambda count, held, peer, size: count(held, peer, size or 1)
+    )
 
 
 def leak_after_a_restart(patch: Patch) -> None:

@@ -150,7 +150,7 @@ class Drive:
         self._clear_due = False
         self._synchronous = False
         self._received: ProcessData
-        self._sent: ProcessData
+        self._tx_data: ProcessData
         self._distribute: Callable[[tuple[Number, ...]], None]
         self._collect: Callable[[], tuple[Number, ...]]
         self._start()
@@ -278,7 +278,7 @@ class Drive:
     @property
     def input_size(self) -> int:
         """Bytes the master gets."""
-        return self._sent.size
+        return self._tx_data.size
 
     def write_outputs(self, data: bytes) -> None:
         """Outputs of the master, `output_size` bytes; taken over by the next step."""
@@ -571,16 +571,16 @@ class Drive:
 
     def _take_mapping(self) -> None:
         self._received = self.mapping.received
-        self._sent = self.mapping.sent
+        self._tx_data = self.mapping.sent
         self._settle()
         self._distribute = distributor(self._record, self._received.places)
-        self._collect = collector(self._record, self._sent.fields)
+        self._collect = collector(self._record, self._tx_data.fields)
         if self._compiled is not None:
-            self._compiled.map(self._received, self._sent)
+            self._compiled.map(self._received, self._tx_data)
         self._pack_inputs()
 
     def _pack_inputs(self) -> None:
-        self._inputs = self._sent.layout.pack(*self._collect())
+        self._inputs = self._tx_data.layout.pack(*self._collect())
 
     def __repr__(self) -> str:
         state = self.power_state.name.lower().replace("_", " ")

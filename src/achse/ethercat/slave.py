@@ -92,7 +92,7 @@ class Slave:
         self._step = application.step
         self._hung = False
         self._idle_since = 0
-        self._asked: int | None = None
+        self._pending_request: int | None = None
         self._coe = CoeServer(application)
         self._messaging = application if isinstance(application, MessagingApplication) else None
         own = {} if self._messaging is None else self._messaging.services
@@ -142,7 +142,7 @@ class Slave:
     def al_control(self, request_word: int) -> None:
         """The master asks for a state (`Pdi`)."""
         if self._hung:
-            self._asked = request_word
+            self._pending_request = request_word
             return
         self.esc.acknowledge(AlEvent.AL_CONTROL)
         if self.error is not _NO_ERROR:
@@ -451,7 +451,7 @@ class Slave:
         self.error = _NO_ERROR
         self._opening = False
         self._message = None
-        self._asked = None
+        self._pending_request = None
         self._mailbox.reset()
         self.esc.power_up()
 
@@ -471,7 +471,7 @@ class Slave:
         self.esc.pdi_alive()
         for number in range(len(self.esc.sync_managers)):
             self.sync_manager_changed(number)
-        asked, self._asked = self._asked, None
+        asked, self._pending_request = self._pending_request, None
         if asked is not None:
             self.al_control(asked)
         self._serve()

@@ -209,9 +209,9 @@ class FaultKinds(Generic[F]):
         try:
             return self.kinds[kind].model_validate(given)
         except ValidationError as failure:
-            raise FaultError(self._told(kind, failure)) from None
+            raise FaultError(self._error_text(kind, failure)) from None
 
-    def _told(self, kind: str, failure: ValidationError) -> str:
+    def _error_text(self, kind: str, failure: ValidationError) -> str:
         """The first fault of all that is wrong: what is too much, what is missing, wrong values."""
         errors = failure.errors()
         names = {error["type"]: str(error["loc"][-1]) for error in reversed(errors) if error["loc"]}
@@ -293,7 +293,7 @@ class ActiveFault:
         self.begins_ns = begins_ns
         self.state = FaultState.WAITING
         self.hits = 0
-        self._seen = 0
+        self._frame_count = 0
         counted = fault if isinstance(fault, CountedFault) else None
         self._every = 1 if counted is None else counted.every
         self._count = None if counted is None else counted.count
@@ -305,8 +305,8 @@ class ActiveFault:
         """Count the frame that was selected now; True if the fault hits it."""
         if self.state is not FaultState.ACTIVE:
             return False
-        self._seen += 1
-        if self._seen % self._every:
+        self._frame_count += 1
+        if self._frame_count % self._every:
             return False
         self.hits += 1
         return True

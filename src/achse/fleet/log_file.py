@@ -25,7 +25,7 @@ class LogFile:
         if not 0 <= kept < longest:
             raise ValueError(f"expected 0 <= kept < longest, got kept {kept} and longest {longest}")
         self.file = file
-        self._longest, self._kept = longest, kept
+        self._longest, self._kept_bytes = longest, kept
         self._lock = threading.Lock()
         self._refused = False
 
@@ -65,7 +65,7 @@ class LogFile:
 
     def _shorten(self) -> None:
         with self.file.open("rb") as whole:
-            whole.seek(max(whole.seek(0, os.SEEK_END) - self._kept - 1, 0))
+            whole.seek(max(whole.seek(0, os.SEEK_END) - self._kept_bytes - 1, 0))
             end = whole.read()
         end = end.partition(b"\n")[2] or end[1:]  # a line longer than all is cut
         shortened = self.file.with_suffix(".shortened")

@@ -133,7 +133,7 @@ class FleetPlan:
         try:
             config = FleetConfig.model_validate(document)
         except ValidationError as failure:
-            told = [_told(file, text, document, fault) for fault in failure.errors()]
+            told = [_error_text(file, text, document, fault) for fault in failure.errors()]
             raise ConfigError("\n".join(told)) from None
         template = file.parent / config.template
         try:
@@ -323,7 +323,7 @@ def _at(file: Path, text: str, place: Sequence[str | int]) -> str:
     return f"{file}: "
 
 
-def _told(file: Path, text: str, document: Mapping[str, Any], fault: Any) -> str:
+def _error_text(file: Path, text: str, document: Mapping[str, Any], fault: Any) -> str:
     """Line, key, expectation and what came."""
     place: list[str | int] = []
     inside: Any = document

@@ -78,7 +78,7 @@ class Model:
         """Station time of each step with other inputs than before, and of the last one."""
         self.rows: list[bytes] = []
         self._settable: list[_Binding] = []
-        self._shown: list[_Binding] = []
+        self._outputs: list[_Binding] = []
         self._digest = slice(0, 0)
         offset = 0
         ordered = sorted(enumerate(unit.variables), key=lambda each: not each[1].is_settable)
@@ -97,7 +97,7 @@ class Model:
                 self.input_size = offset
         self.rows = [rows[reference] for reference in range(len(rows))]
         self.image = bytearray(offset)
-        for binding in (*self._settable, *self._shown):
+        for binding in (*self._settable, *self._outputs):
             self.image[binding.place] = binding.read()
         self._inputs = bytes(self.image[: self.input_size])
 
@@ -116,7 +116,7 @@ class Model:
                     " export the unit again"
                 )
             binding = _Binding(place, read, write)
-            (self._settable if variable.is_settable else self._shown).append(binding)
+            (self._settable if variable.is_settable else self._outputs).append(binding)
 
     def values(self) -> list[bytes]:
         """Return the bytes of each variable, in the order of the references."""
@@ -149,7 +149,7 @@ class Model:
     def refresh(self) -> None:
         """Put the values of the station into the image."""
         image = self.image
-        for place, read, _ in self._shown:
+        for place, read, _ in self._outputs:
             image[place] = read()
 
     def show_digest(self) -> None:

@@ -46,7 +46,7 @@ class Published:
 
     def __init__(self, editor: Editor) -> None:
         self._editor = editor
-        self._sent: dict[str, list[types.Diagnostic]] = {}
+        self._published: dict[str, list[types.Diagnostic]] = {}
 
     def changes(self) -> list[types.PublishDiagnosticsParams]:
         """Return the lists that are other than those that were sent."""
@@ -57,13 +57,13 @@ class Published:
             uri = self._editor.uri_of(file)
             versions[uri] = document.version
             found[uri] = [lsp_diagnostic(one, kind, document) for one, kind in findings]
-        gone = [uri for uri, sent in self._sent.items() if sent and uri not in found]
+        gone = [uri for uri, sent in self._published.items() if sent and uri not in found]
         found |= {uri: [] for uri in gone}
         for uri in gone:
             known = self._editor.document_of(self._editor.file_of(uri))
             versions[uri] = None if known is None else known.version
-        changed = {uri: now for uri, now in found.items() if self._sent.get(uri) != now}
-        self._sent |= changed
+        changed = {uri: now for uri, now in found.items() if self._published.get(uri) != now}
+        self._published |= changed
         return [
             types.PublishDiagnosticsParams(uri, now, versions.get(uri))
             for uri, now in changed.items()

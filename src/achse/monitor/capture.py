@@ -87,7 +87,7 @@ class _Flow:
     def __init__(self, client: ipaddress.IPv4Address, port: int) -> None:
         self._ends = (client.packed, _ROUTER.packed)
         self._ports = (port, TCP_PORT)
-        self._sent = [1, 1]
+        self._sequence_numbers = [1, 1]
 
     @classmethod
     def of(cls, peer: str, number: int) -> Self:
@@ -104,15 +104,15 @@ class _Flow:
             ">HHIIBBHHH",
             self._ports[source],
             self._ports[target],
-            self._sent[source] & 0xFFFF_FFFF,
-            self._sent[target] & 0xFFFF_FFFF,
+            self._sequence_numbers[source] & 0xFFFF_FFFF,
+            self._sequence_numbers[target] & 0xFFFF_FFFF,
             0x50,
             0x18,
             0xFFFF,
             0,
             0,
         )
-        self._sent[source] += len(data)
+        self._sequence_numbers[source] += len(data)
         ends = self._ends[source] + self._ends[target]
         return struct.pack(">BBHHHBBH", 0x45, 0, 40 + len(data), 0, 0, 64, 6, 0) + ends + tcp + data
 

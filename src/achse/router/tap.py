@@ -81,7 +81,7 @@ class Taps:
         self._clock = clock
         self._spared = None if spared is None else spared.to_bytes(2, "little")
         self._open: dict[Tap, None] = {}
-        self._kept: deque[Captured] = deque()
+        self._captures: deque[Captured] = deque()
         self._first = 0
         """Number of the oldest that is kept; they count up from the first frame on."""
         self.size = 0
@@ -94,7 +94,7 @@ class Taps:
         """A tap that sees all frames from now on. Raises RouterError 0x508 if `most` are open."""
         if len(self._open) >= self.most:
             raise RouterError(ReturnCode.ROUTER_NO_MORE_QUEUES, f"{self.most} taps are open")
-        tap = Tap(self, self._first + len(self._kept))
+        tap = Tap(self, self._first + len(self._captures))
         self._open[tap] = None
         self._router.put_watcher(self._watch)
         return tap
@@ -114,7 +114,7 @@ class Taps:
             tap.lost += self._first - tap.next
             tap.next = self._first
         taken: list[Captured] = []
-        for capture in islice(self._kept, tap.next - self._first, None):
+        for capture in islice(self._captures, tap.next - self._first, None):
             size -= _size(capture)
             if size < 0:
                 if taken:
@@ -128,13 +128,13 @@ class Taps:
         return taken
 
     def _forget_fetched(self) -> None:
-        newest = self._first + len(self._kept)
+        newest = self._first + len(self._captures)
         wanted = min((tap.next for tap in self._open), default=newest)
         while self._first < wanted:
             self._drop()
 
     def _drop(self) -> None:
-        self.size -= _size(self._kept.popleft())
+        self.size -= _size(self._captures.popleft())
         self._first += 1
 
     def _watch(self, frame: Frame) -> None:
@@ -145,7 +145,7 @@ class Taps:
         way = frame.via if outwards else frame.origin
         peer: str = getattr(way, "peer", "") or str(AmsAddress(client))
         capture = Captured(self._clock(), not outwards, peer, frame.encode())
-        self._kept.append(capture)
+        self._captures.append(capture)
         self.size += _size(capture)
         while self.size > self.limit:
             self._drop()

@@ -89,7 +89,7 @@ class Deck:
         """Rows that the ring holds."""
         self.count = 0
         """Rows since the start that are whole."""
-        self._begun = 0
+        self._started_rows = 0
         """The same, with one that is being written: it takes the place of the oldest."""
         self.begin_ns = 0
         """Time of the first row."""
@@ -113,7 +113,7 @@ class Deck:
     def start(self, begin_ns: int) -> None:
         """Begin again with the row at that time."""
         self.begin_ns = begin_ns
-        self.count = self._begun = 0
+        self.count = self._started_rows = 0
         self.end_count = None
         for each in self.channels:
             each.lost, each.length = "", None
@@ -131,7 +131,7 @@ class Deck:
     @property
     def oldest(self) -> int:
         """Number of the oldest row that is there."""
-        return max(self._begun - self.capacity, 0)
+        return max(self._started_rows - self.capacity, 0)
 
     def sample(self) -> int:
         """Take the next row; how many triggers fire."""
@@ -146,7 +146,7 @@ class Deck:
                 self._lose_failing()
         row = self.count
         # Before and after: who copies in another thread leaves out a row until it is whole.
-        self._begun = row + 1
+        self._started_rows = row + 1
         fired = self._take(row % self.capacity)
         self.count = row + 1
         return fired

@@ -101,7 +101,7 @@ class SampleBudget:
         self.share = 1.0
         """Of the budget: less while the station is behind the clock."""
         self._since: int | None = None
-        self._told: int | None = None
+        self._last_report: int | None = None
         self._hosts: dict[object, _Host] = {}
         self._order: list[tuple[int, int, object]] = []
         self._level = 0
@@ -212,8 +212,8 @@ class SampleBudget:
 
     def _tell(self, channel: Channel) -> None:
         now = self._since or 0
-        if self._told is None or now - self._told >= _TOLD_NS:
-            self._told = now
+        if self._last_report is None or now - self._last_report >= _TOLD_NS:
+            self._last_report = now
             log.warning(
                 "%s asks for more samples than there is time for: they come late",
                 AmsAddress(channel.client) if channel.client else "a client in this process",

@@ -86,24 +86,27 @@ class Replaced:
     """NCs and PLCs of a station, to see that those which a restart replaces are released."""
 
     def __init__(self) -> None:
-        self._seen: dict[int, tuple[str, weakref.ref[Any]]] = {}
+        self._watched_parts: dict[int, tuple[str, weakref.ref[Any]]] = {}
 
     def look(self, station: Station) -> None:
         """Note what the station has now."""
         parts: list[tuple[str, Any]] = [("PLC", plc) for plc in station.plcs.values()]
         parts += [] if station.nc is None else [("NC", station.nc)]
         for what, part in parts:
-            if id(part) not in self._seen or self._seen[id(part)][1]() is not part:
-                self._seen[id(part)] = what, weakref.ref(part)
+            if (
+                id(part) not in self._watched_parts
+                or self._watched_parts[id(part)][1]() is not part
+            ):
+                self._watched_parts[id(part)] = what, weakref.ref(part)
 
     def check(self, station: Station, report: Report) -> None:
         """Report those that are alive and not the station's any more."""
         own = {id(plc) for plc in station.plcs.values()} | {id(station.nc)}
-        if self._seen.keys() <= own:
+        if self._watched_parts.keys() <= own:
             return
         gc.collect()
-        for number, (what, part) in list(self._seen.items()):
+        for number, (what, part) in list(self._watched_parts.items()):
             if part() is None:
-                del self._seen[number]
+                del self._watched_parts[number]
             elif number not in own:
                 report("restart-released", f"{what} of before a restart is still there")

@@ -123,10 +123,10 @@ class Road:
         self._unread: list[bytes] = []
         self._under_way = 0
         """Bytes that the client has not taken."""
-        self._held: list[bytes] | None = None
+        self._backlog: list[bytes] | None = None
         """Bytes for a station that has paused."""
         self.reads = True
-        self._closing = self.ended = self._left = False
+        self._closing = self.ended = self._is_abandoned = False
         self.peer = Peer(listener)
         self.peer.begin(self, _HOST, port)
 
@@ -134,7 +134,7 @@ class Road:
 
     def send(self, data: bytes) -> None:
         """Send bytes to the station."""
-        if self.ended or self._left:
+        if self.ended or self._is_abandoned:
             return
         for piece in self._cut(data):
             self._there_ns = self._after(self._there_ns)
@@ -142,9 +142,9 @@ class Road:
 
     def hang_up(self, *, orderly: bool) -> None:
         """End the connection, after what was sent if `orderly`."""
-        if self.ended or self._left:
+        if self.ended or self._is_abandoned:
             return
-        self._left = True
+        self._is_abandoned = True
         self._there_ns = self._after(self._there_ns if orderly else 0)
         self._turns.call_at_ns(self._there_ns, self._end)
 
@@ -183,11 +183,11 @@ class Road:
 
     def pause_reading(self) -> None:
         """Keep what comes."""
-        self._held = self._held or []
+        self._backlog = self._backlog or []
 
     def resume_reading(self) -> None:
         """Bring what was kept, and what comes."""
-        held, self._held = self._held, None
+        held, self._backlog = self._backlog, None
         for data in held or ():
             self._turns.call_soon(self._arrive, data)
 
@@ -206,15 +206,15 @@ class Road:
     def _arrive(self, data: bytes) -> None:
         if self.ended:
             return
-        if self._held is not None:
-            self._held.append(data)
+        if self._backlog is not None:
+            self._backlog.append(data)
             return
         self._wake()
         self.peer.receive(data)
         self._turns.run()
 
     def _come(self, data: bytes) -> None:
-        if self.ended or self._left:
+        if self.ended or self._is_abandoned:
             return
         if self.reads:
             self._take(data)
@@ -238,5 +238,5 @@ class Road:
         self._unread.clear()
         self.peer.ended()
         self._turns.run()
-        if not self._left:
+        if not self._is_abandoned:
             self._client.lost()

@@ -58,7 +58,7 @@ class Scenario:
         try:
             exec(compile(self.source, self.file, "exec"), module.__dict__)
         except (Exception, SystemExit) as fault:
-            raise SweepError(f"{self.file}: {_told(fault)}") from fault
+            raise SweepError(f"{self.file}: {_error_text(fault)}") from fault
         function = getattr(module, self.name, None)
         if not callable(function):
             raise SweepError(f"{self.file} has no function {self.name}")
@@ -115,12 +115,12 @@ def _row(
     except BaseException as fault:  # also what ends a program: here it ends this run
         if isinstance(fault, KeyboardInterrupt) and not own_process:
             raise
-        error = _told(fault)
+        error = _error_text(fault)
     seconds = time.perf_counter() - began
     return failed_row(run, error, seconds) if error else {**row, "error": "", "seconds": seconds}
 
 
-def _told(fault: BaseException) -> str:
+def _error_text(fault: BaseException) -> str:
     try:
         return f"{type(fault).__name__}: {fault}"
     except Exception:  # its own text raises

@@ -77,7 +77,7 @@ def test_requests_are_done_in_order_however_much_others_ask(
         done = [number for whose, number in slow.served if whose == bytes(source)]
         assert done == list(range(count))
         assert not wire.paused
-        assert (peer.held, wire.gone) == (0, False)
+        assert (peer.buffered_bytes, wire.gone) == (0, False)
 
 
 class Recorded(Wire):
@@ -136,11 +136,11 @@ def test_a_peer_that_leaves_takes_what_waits_with_it() -> None:
     peer, wire = dial(station)
     peer.receive(b"".join(numbered(CLIENT, number) for number in range(1000)))
     assert wire.paused
-    assert peer.held > 30_000
+    assert peer.buffered_bytes > 30_000
     peer.ended()
     served = len(slow.served)
     loop.run(1.0)
-    assert (len(slow.served), len(station.fair_queue), station.held.total) == (served, 0, 0)
+    assert (len(slow.served), len(station.fair_queue), station.send_budget.total) == (served, 0, 0)
 
 
 def test_connections_of_one_host_leave_room_for_others(caplog: Any) -> None:

@@ -5,8 +5,8 @@ from hypothesis import strategies as st
 
 from achse.ams import AmsAddress, Frame
 from achse.transport.connections import peer, writer
-from achse.transport.connections.held import Held
 from achse.transport.connections.peer import Peer
+from achse.transport.connections.send_budget import SendBudget
 from tests.transport.connections.peers import (
     CLIENT,
     KB,
@@ -22,7 +22,7 @@ from tests.transport.connections.peers import (
 def test_a_thousand_small_debts_count_together() -> None:
     """Each below a megabyte, which nobody looked at once: 1.5 GB where 256 MB were the limit."""
     loop = Loop()
-    station = listener(loop, held=Held(4096 * KB))
+    station = listener(loop, send_budget=SendBudget(4096 * KB))
     wires = []
     for number in range(100):
         connection, wire = dial(station, port=number)
@@ -36,14 +36,14 @@ def test_a_thousand_small_debts_count_together() -> None:
 
 def test_what_a_closed_peer_does_not_read_counts_until_it_is_gone() -> None:
     loop = Loop()
-    station = listener(loop, held=Held(1000 * KB))
+    station = listener(loop, send_budget=SendBudget(1000 * KB))
     connection, wire = dial(station)
     wire.reads = False
     connection.receive(request(300 * KB, CLIENT))
     connection.close()
-    assert connection.held == station.held.total > 300 * KB
+    assert connection.buffered_bytes == station.send_budget.total > 300 * KB
     loop.run(peer._LINGER + 1)
-    assert station.held.total == 0
+    assert station.send_budget.total == 0
     assert not station.connections
 
 
@@ -67,7 +67,7 @@ def test_whatever_connections_do_what_is_kept_stays_within_the_limits(
     """Requests, halves of packets, samples, readers that stop, ends of all kinds."""
     loop = Loop()
     station = listener(
-        loop, held=Held(limit), max_backlog=backlog, max_connections=8, max_per_host=5
+        loop, send_budget=SendBudget(limit), max_backlog=backlog, max_connections=8, max_per_host=5
     )
     made: list[tuple[Peer, Wire, AmsAddress]] = []
     good, good_wire = dial(station, "10.9.9.9")
@@ -107,7 +107,7 @@ def test_whatever_connections_do_what_is_kept_stays_within_the_limits(
             for each, wire in every
         ]
         assert sum(kept) <= limit + len(every) * writer._SMALL
-        assert station.held.total <= limit
+        assert station.send_budget.total <= limit
         assert max(wire.waiting for _, wire in every) <= backlog + writer._FLUSH_SIZE
         assert len(station.connections) <= 8
         assert max(station._per_host.values()) <= 5
@@ -116,6 +116,6 @@ def test_whatever_connections_do_what_is_kept_stays_within_the_limits(
         each.abort()
         wire.abort()
     loop.run(10)
-    assert station.held.total == 0
+    assert station.send_budget.total == 0
     assert station.connections == {good}
     assert dict(station._per_host) == {"10.9.9.9": 1}

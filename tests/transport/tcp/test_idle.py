@@ -32,7 +32,7 @@ class Connection:
         self.senders = [b"client"] * sent
         self.silence = silence
         self.registered = [b"port"] * ports
-        self.held = held
+        self.buffered_bytes = held
         self.used = used
         self.peer_host = host
         self.age = 0.0
@@ -43,7 +43,7 @@ class Connection:
 
     @property
     def idle(self) -> bool:
-        busy = self.mute or self.registered or self.held or self.used
+        busy = self.mute or self.registered or self.buffered_bytes or self.used
         return not busy and self.silence >= IDLE_TIME
 
 

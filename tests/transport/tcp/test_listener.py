@@ -14,8 +14,8 @@ from achse.ams import AmsAddress, Connection, Event, Frame, NetId, TcpCommand, T
 from achse.router import FIRST_CLIENT_PORT, LOOPBACK_NET_ID, Router
 from achse.transport.connections import peer as peer_module
 from achse.transport.connections.connection import TcpConnection
-from achse.transport.connections.held import Held
 from achse.transport.connections.peer import Peer as Far
+from achse.transport.connections.send_budget import SendBudget
 from achse.transport.tcp import listener as tcp
 from achse.transport.tcp.listener import TcpListener
 
@@ -486,18 +486,21 @@ async def test_of_unfinished_packets_that_are_too_much_together_the_largest_goes
     caplog: pytest.LogCaptureFixture,
 ) -> None:
     mb = 1 << 20
-    async with running(held=Held(8 * mb)) as station, peers(station, 3) as (large, small, last):
+    async with (
+        running(send_budget=SendBudget(8 * mb)) as station,
+        peers(station, 3) as (large, small, last),
+    ):
         half = request(1, bytes(32 * mb)).encode_tcp()
         large.send(half[: 4 * mb])
         small.send(half[: 3 * mb])
-        while sum(each.held for each in station.connections) < 7 * mb:  # noqa: ASYNC110 - sockets tell nobody
+        while sum(each.buffered_bytes for each in station.connections) < 7 * mb:  # noqa: ASYNC110 - sockets tell nobody
             await asyncio.sleep(0)
         last.send(half[: 2 * mb])
         gone = await station.went.get()
         assert gone.peer.endswith(f":{large.writer.get_extra_info('sockname')[1]}")
         [record] = caplog.records
         assert "hold too much" in record.getMessage()
-        assert (station.cut_off, len(station.connections), gone.held) == (1, 2, 0)
+        assert (station.cut_off, len(station.connections), gone.buffered_bytes) == (1, 2, 0)
 
 
 class _Deaf(asyncio.Transport):

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from achse.ams import AmsAddress, Frame, NetId
 from achse.transport.connections.fair_queue import FairQueue
-from achse.transport.connections.held import Held
+from achse.transport.connections.send_budget import SendBudget
 from achse.transport.uplinks.nat import NatPeer
 
 OURS, THEIRS, OTHER = (NetId(f"5.0.0.{n}.1.1") for n in (1, 2, 3))
@@ -38,7 +38,7 @@ def test_only_senders_come_and_targets_go_under_another_net_id(
         loop=turns,
         max_length=1000,
         max_backlog=10_000,
-        held=Held(),
+        send_budget=SendBudget(),
         fair_queue=FairQueue(),
         routes_required=False,
         memory=None,

@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 from achse.ams import AmsAddress, Frame, NetId
 from achse.router import Router
 from achse.router.routes import Route
-from achse.transport.connections.held import Held
 from achse.transport.connections.peer import Peer
+from achse.transport.connections.send_budget import SendBudget
 from achse.transport.uplinks.nat import NatPeer
 from achse.transport.uplinks.uplink import Uplink
 
@@ -141,7 +141,7 @@ def test_what_waited_goes_in_order_once_there_is_a_connection() -> None:
     ids = [rig.wire.written[34 + 38 * n] for n in range(3)]
     assert ids == [0, 1, 2]
     assert rig.uplink.connected
-    assert rig.uplink.held.total == 0
+    assert rig.uplink.send_budget.total == 0
 
 
 def test_pauses_between_attempts_grow_and_end_with_the_interest(
@@ -228,14 +228,14 @@ def test_a_closed_uplink_refuses_what_waited_and_dials_no_more() -> None:
 
 
 def test_what_waits_counts_for_what_all_connections_hold() -> None:
-    held = Held(1000)
-    rigs = [Rig(held=held) for _ in range(3)]
+    budget = SendBudget(1000)
+    rigs = [Rig(send_budget=budget) for _ in range(3)]
     for rig in rigs:
         rig.ask(1, 268)
-    assert held.total == 900
+    assert budget.total == 900
     rigs[2].ask(2, 100)
     assert rigs[2].errors() == [(1, 0x502), (2, 0x502)]
-    assert held.total == 600
+    assert budget.total == 600
 
 
 def test_behind_nat_frames_carry_the_net_id_of_the_other_side() -> None:
@@ -287,7 +287,7 @@ def test_each_request_is_sent_and_refused_once_at_most_and_nothing_is_kept_at_th
                 rig.turns.run(size / 50)
         rig.turns.run(0)
         refused += [number for number, _ in rig.errors()]
-        assert uplink._queue.held <= 600
+        assert uplink._queue.buffered_bytes <= 600
         assert len(uplink._queue.frames) <= 4
         assert not (uplink.connected and uplink._queue.frames)
     rig.uplink.close()
@@ -299,7 +299,7 @@ def test_each_request_is_sent_and_refused_once_at_most_and_nothing_is_kept_at_th
     assert sorted({*arrived, *refused}) == list(range(1, asked + 1))
     assert len(set(arrived)) == len(arrived)
     assert len(set(refused)) == len(refused)  # also what was on its way when the line ended
-    assert rig.uplink.held.total == rig.uplink._queue.held == 0
+    assert rig.uplink.send_budget.total == rig.uplink._queue.buffered_bytes == 0
 
 
 def _invoke_ids(data: bytes) -> list[int]:

@@ -101,7 +101,7 @@ async def _place(client: "Client", id: int) -> dict[str, Any] | None:
     }
 
 
-def _told(state: dict[str, Any]) -> str:
+def _state_text(state: dict[str, Any]) -> str:
     """A state as a line."""
     text = f"channel {state['channel']}: {state['state']}"
     if state["program"]:
@@ -133,7 +133,7 @@ async def _report(client: "Client", id: int, in_json: bool) -> None:
     if in_json:
         print_json(state)
     else:
-        print(_told(state))
+        print(_state_text(state))
 
 
 @client_command(channel, NC_PORT)
@@ -281,9 +281,9 @@ async def _follow(client: "Client", id: int, quiet: bool) -> dict[str, Any]:
             over = now["state"] in ("ready", "idle", "aborted")
             waits = now["m_function"] is not None
             if console.is_terminal and not (over or waits):
-                line.update(Text(f"{_told(now)} · {now['velocity']:.1f} mm/s"))
+                line.update(Text(f"{_state_text(now)} · {now['velocity']:.1f} mm/s"))
             elif shown != before:
-                console.print(_told(now), markup=False, soft_wrap=True)
+                console.print(_state_text(now), markup=False, soft_wrap=True)
             before = shown
             if over:
                 return now

@@ -68,7 +68,7 @@ async def record(
 
     _check_output(file)
     length = 10.0 if seconds is None else seconds
-    with _told():
+    with _reported_errors():
         definition = defined(
             channels,
             port=client.address.port,
@@ -176,7 +176,7 @@ async def show(
         assert client is not None
         await _list(client, in_json)
         return
-    with _told():
+    with _reported_errors():
         if client is None:
             data = _loaded(Path(source))
         else:
@@ -248,7 +248,7 @@ async def _command(client: "Client", number: int, word: str, as_json: bool) -> N
 
     remote = RemoteScope.of(client, number)
     commands = {"start": remote.start, "stop": remote.stop, "trigger": remote.trigger}
-    with _told(), _numbered(number):
+    with _reported_errors(), _numbered(number):
         facts = await commands[word]()
     if as_json:
         print_json({"scope": number, "state": facts["state"]})
@@ -330,7 +330,7 @@ def _save(data: "ScopeData", file: Path) -> None:
 
 
 @contextlib.contextmanager
-def _told() -> Iterator[None]:
+def _reported_errors() -> Iterator[None]:
     """Report a scope's refusal in a sentence, and end the command."""
     from achse.scope.types import ScopeError
 

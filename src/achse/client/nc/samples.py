@@ -209,11 +209,11 @@ class AxisTrace(ClosedByBlock):
         self._sample_time = sample_time
         self._duration = duration
         self._source: _Source | None = None
-        self._over = False
+        self._is_closed = False
 
     async def close(self) -> None:
         """No more samples. Again is not an error."""
-        self._over = True
+        self._is_closed = True
         source, self._source = self._source, None
         if source is not None:
             await source.close()
@@ -230,7 +230,7 @@ class AxisTrace(ClosedByBlock):
 
     async def next(self) -> AxisStatus | None:
         """The next sample, None after the end. Any error ends the trace."""
-        if self._over:
+        if self._is_closed:
             return None
         try:
             if self._source is None:

@@ -143,13 +143,13 @@ class Subscription(ClosedByBlock):
         self._depth = depth
         self._forget = forget
         self._queue: deque[tuple[VariableLocation, int, bytes, int]] = deque()
-        self._lost = 0
+        self._lost_samples = 0
         self._seen_interruptions = 0
         self._round = 0
         self._handles: list[tuple[bytes, int]] = []
         self._renewal: asyncio.Task[None] | None = None
         self._reader: asyncio.Future[None] | None = None
-        self._over = False
+        self._is_closed = False
         self._error: AdsError | None = None
 
     @property
@@ -201,13 +201,13 @@ class Subscription(ClosedByBlock):
             await self._try_to_arm()
 
     async def _try_to_arm(self) -> None:
-        if self._over:
+        if self._is_closed:
             raise ConnectionLost("the subscription has ended")
         round_ = self._round
         channels = [_Channel(self, place) for place in await self._locate()]
 
         def look(first: int, source: bytes, outcomes: Sequence[Outcome]) -> None:
-            if round_ != self._round or self._over:
+            if round_ != self._round or self._is_closed:
                 return  # interrupted meanwhile; the session ends what nobody listens to
             for channel, outcome in zip(channels[first:], outcomes, strict=False):
                 if outcome.result == 0:
@@ -262,7 +262,7 @@ class Subscription(ClosedByBlock):
                     self._session.drop(self)
                     return
             except AdsError:
-                if self._over or self._session.link is None:
+                if self._is_closed or self._session.link is None:
                     return
             self._let_go()
             await asyncio.sleep(pause)
@@ -275,9 +275,9 @@ class Subscription(ClosedByBlock):
 
     def end(self, error: AdsError | None) -> None:
         """There will be no more samples; the iterator ends, with `error` if that is why."""
-        if self._over:
+        if self._is_closed:
             return
-        self._over = True
+        self._is_closed = True
         self._error = error
         self._handles = []
         if self._renewal is not None:
@@ -296,7 +296,7 @@ class Subscription(ClosedByBlock):
         if len(queue) >= self._depth:
             queue.popleft()
             self.dropped += 1
-            self._lost += 1
+            self._lost_samples += 1
         queue.append((place, filetime, data, self.interruptions))
         if self._reader is not None:
             self._wake()
@@ -315,7 +315,7 @@ class Subscription(ClosedByBlock):
         while not queue:
             if self._error is not None:
                 raise self._error
-            if self._over:
+            if self._is_closed:
                 raise StopAsyncIteration
             if self._reader is not None:
                 raise RuntimeError("somebody else waits for the next sample of this subscription")
@@ -325,7 +325,7 @@ class Subscription(ClosedByBlock):
             finally:
                 self._reader = None
         place, filetime, data, interruptions = queue.popleft()
-        lost, self._lost = self._lost, 0
+        lost, self._lost_samples = self._lost_samples, 0
         gap = interruptions != self._seen_interruptions
         self._seen_interruptions = interruptions
         return Sample(place.name, place.value(data), filetime, lost, gap)

@@ -70,12 +70,12 @@ class SymbolBook:
         self._device = device
         self._session = device.session
         self._watch = watch
-        self._kept = False
+        self._watches_version = False
         self._coding: Coding = "cp1252"
         self._places: dict[str, VariableLocation] = {}
         self._methods: dict[str, int] = {}
         self._types = TypeTable()
-        self._asked: set[str] = set()
+        self._requested_types: set[str] = set()
         self._entries: dict[str, SymbolEntry] | None = None
         self._listing: dict[str, SymbolEntry] | None = None
         self._hints: dict[str, str] = {}
@@ -143,7 +143,7 @@ class SymbolBook:
         """Every type of the device (0xF00E), or of one without that table those of its symbols."""
         await self._upload_types()
         if not len(self._types):
-            self._asked.clear()
+            self._requested_types.clear()
             await self._fetch_types(entry.type_name for entry in await self.entries())
         return self._types
 
@@ -182,7 +182,7 @@ class SymbolBook:
         self._places.clear()
         self._methods.clear()
         self._types = TypeTable()
-        self._asked.clear()
+        self._requested_types.clear()
         self._entries = None
         self._listing = None
         self._hints.clear()
@@ -235,8 +235,8 @@ class SymbolBook:
 
     async def _fetch_wanted(self) -> None:
         wanted, self._wishes = self._wishes, {}
-        if not self._kept:
-            self._kept = True
+        if not self._watches_version:
+            self._watches_version = True
             self._session.keep(self)
             if self._watch:
                 self._session.spawn(self._watch_version())
@@ -406,7 +406,7 @@ class SymbolBook:
         """Have the entries of all types that `texts` name, and of what those are made of."""
         missing = self._missing(texts)
         while missing:
-            self._asked.update(missing)
+            self._requested_types.update(missing)
             outcomes = await self._device.send_each(
                 [
                     ReadWriteRequest(
@@ -432,7 +432,9 @@ class SymbolBook:
     def _missing(self, texts: Iterable[str]) -> list[str]:
         """The names in type texts that the device has not been asked about."""
         names = {name for name in map(name_within, texts) if name is not None}
-        return sorted(name for name in names if name not in self._asked and name not in self._types)
+        return sorted(
+            name for name in names if name not in self._requested_types and name not in self._types
+        )
 
     async def _upload_types(self) -> None:
         try:

@@ -90,7 +90,7 @@ class _Template:
         self._fixed = self._mask(range(12, _FIRST), _headers(self.buffer, self.parts))
         self._rights = self._counters()
         self._gather: struct.Struct
-        self._sent: int
+        self._sent_headers: int
         self._short: int
         self._short_fixed: int
         self._short_head: tuple[bytes, int]
@@ -130,7 +130,7 @@ class _Template:
 
     def renew(self) -> None:
         """Headers have changed."""
-        self._sent = int.from_bytes(self.buffer, "little") & self._fixed
+        self._sent_headers = int.from_bytes(self.buffer, "little") & self._fixed
         if len(self.parts) == 1:
             return
         end, before = self.parts[-1].at, self.parts[-2].at
@@ -162,7 +162,7 @@ class _Template:
             return False
         if self.length < len(self.buffer):
             return number & self._short_fixed == self._short
-        return number & self._fixed == self._sent
+        return number & self._fixed == self._sent_headers
 
     def right(self, number: int) -> bool:
         """Return True if all process data have the expected working counters."""

@@ -108,7 +108,7 @@ class Supervision:
         self._clocks_due = 0
         self._counters_due = 0
         self._urgent = False
-        self._seen = (0, 0, 0)
+        self._checked_state = (0, 0, 0)
         self._lost_before = 0
 
     @property
@@ -124,7 +124,7 @@ class Supervision:
         seen = (cyclic.present, cyclic.al_states, cyclic.counters.wrong)
         if (
             (
-                *(self._urgent, self._leads, self._collecting, seen != self._seen),
+                *(self._urgent, self._leads, self._collecting, seen != self._checked_state),
                 *(cyclic.counters.lost > self._lost_before, any(cyclic.mailbox_bits)),
                 cyclic.reference_lost,
             )
@@ -278,13 +278,13 @@ class Supervision:
             lost = cyclic.counters.lost
             if (
                 self._urgent
-                or seen != self._seen
+                or seen != self._checked_state
                 or lost > self._lost_before
                 or cyclic.reference_lost
                 or time >= self._look_due
             ):
                 self._urgent = False
-                self._seen = seen
+                self._checked_state = seen
                 self._lost_before = lost
                 self._look_due = time + _LOOK_NS
                 yield from self._look()

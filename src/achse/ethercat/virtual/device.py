@@ -123,7 +123,7 @@ class VirtualDevice:
             for each in self._objects
         )
         self._values: dict[_Place, bytes] = self._identity_values()
-        self._made: dict[int, _Image] = {}
+        self._image_by_manager: dict[int, _Image] = {}
         for each in self._managers:
             bits = bits_of(self._lists.assigned(each))
             if bits > MOST_BITS:
@@ -269,7 +269,7 @@ class VirtualDevice:
             raise SdoAbort(AbortCode.DEVICE_STATE)
         if index in self._lists:
             self._lists.write(index, subindex, data)
-            self._made.clear()
+            self._image_by_manager.clear()
             return
         _check_value(entry, data)
         self._store((index, subindex), data)
@@ -284,14 +284,14 @@ class VirtualDevice:
 
     def _images(self) -> dict[int, _Image]:
         """The image of each SyncManager with the mapping of now, with the values kept."""
-        if not self._made:
+        if not self._image_by_manager:
             for manager, output in self._managers.items():
                 image = _Image(output, self._lists.assigned(manager))
                 for place in () if output else image.places:
                     if place in self._values:
                         image.put(place, int.from_bytes(self._values[place], "little"))
-                self._made[manager] = image
-        return self._made
+                self._image_by_manager[manager] = image
+        return self._image_by_manager
 
     @property
     def output_size(self) -> int:

@@ -53,12 +53,12 @@ class LoopWatch:
     def __init__(self) -> None:
         self.found: tuple[str, int, int] | None = None
         """Name of the program, the line that jumps back and the line it goes to, from 1."""
-        self._kept: object = None
+        self._reference: object = None
         self._power, self._jumps = 1, 0
 
     def forget(self) -> None:
         """Positions of axes have come in from outside: what was before does not count."""
-        self._kept, self._power, self._jumps = None, 1, 0
+        self._reference, self._power, self._jumps = None, 1, 0
 
     def back(self, flow: "Flow", line: int, target: int) -> None:
         """A jump from one line back to another, both from 0."""
@@ -67,12 +67,12 @@ class LoopWatch:
             [(id(each.program), each.line, each.repeats) for each in flow.places],
             (registers.own, registers.shared, registers.stack),
         )
-        if now == self._kept:
+        if now == self._reference:
             self.found = (flow.place.program.name, line + 1, target + 1)
         self._jumps += 1
         if self._jumps == self._power:
             own = [list(each) for each in now[1]]
-            self._kept, self._power, self._jumps = (now[0], tuple(own)), 2 * self._power, 0
+            self._reference, self._power, self._jumps = (now[0], tuple(own)), 2 * self._power, 0
 
 
 class Flow:

@@ -110,7 +110,7 @@ class Interpreter:
         self.found: SearchFound | None = None
         self._search: BlockSearch | None = None
         self._ready: deque[Canonical] = deque()
-        self._seen = (-1, -1)
+        self._data_version = (-1, -1)
         """Changes of zero shifts and tools that the frame knows."""
         self._targets: tuple[int, ...] = ()
         """R parameters that wait for positions (#get)."""
@@ -238,14 +238,14 @@ class Interpreter:
     @property
     def _frame_changed(self) -> bool:
         """True if zero shifts or tools differ from the shifts and tools of the frame."""
-        return (self.data.shifts.changes, self.data.tools.changes) != self._seen
+        return (self.data.shifts.changes, self.data.tools.changes) != self._data_version
 
     @property
     def _is_quiet(self) -> bool:
         """True if a line with nothing but positions may use the fast path."""
         data = self.data
         if self._frame_changed:
-            self._seen = (data.shifts.changes, data.tools.changes)
+            self._data_version = (data.shifts.changes, data.tools.changes)
             return False
         return self._search is None and not data.single_block and self._words.factor() == 1.0
 

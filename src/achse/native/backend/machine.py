@@ -53,12 +53,12 @@ class Effort(Enum):
 def compiler_installed() -> bool:
     """Return True if llvmlite can be imported, without importing it, and its code be executed."""
     with suppress(ValueError):  # find_spec of a module that is None in sys.modules
-        return importlib.util.find_spec("llvmlite") is not None and _told_executable()
+        return importlib.util.find_spec("llvmlite") is not None and _may_execute()
     return False
 
 
 @cache
-def _told_executable() -> bool:
+def _may_execute() -> bool:
     """Return True if machine code may be executed; if not, it is logged once."""
     executable = object_file.memory_may_be_executed()
     if not executable:

@@ -41,7 +41,7 @@ class _Start:
         self._of = of
         self._units = units
         self._concerned: dict[int, bool] = {}
-        self._left: dict[str, None] = {}
+        self._skipped: dict[str, None] = {}
 
     def run(self, only: Collection[str] | None) -> tuple[str, ...]:
         for placed in self._statics if only is None else ():
@@ -57,7 +57,7 @@ class _Start:
                 ):
                     spot = self.variable(name)
                     self._begin(variable, spot, PointedValue(iec, 0))
-        return tuple(self._left)
+        return tuple(self._skipped)
 
     # what start values see -------------------------------------------------------------------
 
@@ -159,7 +159,7 @@ class _Start:
         try:
             data = start.value(self, own)
         except DeclarationError as left:
-            self._left.setdefault(str(left))
+            self._skipped.setdefault(str(left))
             return
         bit = spot.bit if start.bit is None else start.bit
         self._write(spot._replace(address=spot.address + start.offset), bit, data)

@@ -94,7 +94,7 @@ class ExpressionTranslator:
         self._vectors: dict[int, LocalVariable] = {}
         """Vectors of decisions, by their temporaries."""
         self._buffers: dict[int, list[Operand]] = {}
-        self._lent: list[tuple[int, Operand]] = []
+        self._borrowed_buffers: list[tuple[int, Operand]] = []
 
     # what the routine has --------------------------------------------------------------------
 
@@ -120,7 +120,7 @@ class ExpressionTranslator:
         size = max(size + 15 & -16, 16)
         free = self._buffers.setdefault(size, [])
         found = free.pop() if free else self.builder.buffer(size)
-        self._lent.append((size, found))
+        self._borrowed_buffers.append((size, found))
         return found
 
     def own(self, type: IecType[Any]) -> LocalVariable | OwnBytes:
@@ -134,9 +134,9 @@ class ExpressionTranslator:
 
     def end_statement(self) -> None:
         """Buffers are free again."""
-        for size, buffer in self._lent:
+        for size, buffer in self._borrowed_buffers:
             self._buffers[size].append(buffer)
-        self._lent.clear()
+        self._borrowed_buffers.clear()
 
     # values ----------------------------------------------------------------------------------
 

@@ -52,7 +52,7 @@ class NamedConstants:
     ) -> None:
         self._scopes = scopes
         self._types = types
-        self._given = given
+        self._predefined = given
         self._given_constants = {name.lower(): value for name, value in constants.items()}
 
     def is_given(self, key: str) -> bool:
@@ -124,13 +124,13 @@ class NamedConstants:
 
     def of_library(self, keys: Sequence[str]) -> Constant | None:
         """Return the value of `List.cMost` of a library that is here as a symbol file only."""
-        return self._given.constant(keys) if len(keys) > 1 else None
+        return self._predefined.constant(keys) if len(keys) > 1 else None
 
     def is_inherited(self, key: str, scope: Scope) -> bool:
         """Return True if a variable comes from a base that no source declares."""
         for here in with_bases(scope):
             if here.extends is not None:
-                base = self._given.find(here.extends.name, here.extends.at)
+                base = self._predefined.find(here.extends.name, here.extends.at)
                 return isinstance(base, StructType) and base.has_member(key)
         return False
 
@@ -157,7 +157,7 @@ class NamedConstants:
             return self._given_constant(key, at)
         if key in self._scopes.entries:
             raise NotConstant(at)
-        further = self._given.values(key)
+        further = self._predefined.values(key)
         if len(further) > 1:
             places = " and ".join(item.type.name for item in further[:3] if item.type)
             raise Unexpected(
@@ -173,7 +173,7 @@ class NamedConstants:
             name = ".".join(keys[:cut])
             entry = self._scopes.find(name, space)
             if entry is None:
-                given = self._given.find(name, at)
+                given = self._predefined.find(name, at)
                 if given is not None and isinstance(given := resolved(given), EnumType):
                     return self._member(given, keys[cut], at)
             elif isinstance(entry.tree, TypeDeclaration):
@@ -284,7 +284,7 @@ class NamedConstants:
                 type = self._member_type(type, name, at)
             return type
         name = ".".join(path)
-        given = self._given.find(name, at)
+        given = self._predefined.find(name, at)
         if given is not None:
             return given
         entry = self._scopes.find(name, scope.space)

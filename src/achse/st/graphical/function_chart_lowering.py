@@ -304,7 +304,7 @@ class _Lowering(BoxWriter):
         """Results so far, by the pin."""
         self._enables: dict[int, Expression] = {}
         """Values of EN so far, by the box."""
-        self._kept = {
+        self._stored_pins = {
             box.outputs[0].id: box
             for box in connections.looking_back
             if connections.type_of(box) is not None
@@ -367,7 +367,7 @@ class _Lowering(BoxWriter):
                     at, f"the selector {element.type} has no input", Code.INCOMPLETE_DRAWING
                 )
             return Member(whole, pin.name, at)
-        if isinstance(element, ChartComposer) or pin.id in self._kept:
+        if isinstance(element, ChartComposer) or pin.id in self._stored_pins:
             return Name(_kept(self.body, pin.id), at)
         assert isinstance(element, ChartBox)
         if pin is element.enable_output and pin.id in self._results:
@@ -450,7 +450,7 @@ class _Lowering(BoxWriter):
             and not pin.is_in_out
             and isinstance(found[0], ChartBox)
             and found[0].call in _WITH_RESULT
-            and found[1].id not in self._kept
+            and found[1].id not in self._stored_pins
             and self._of.is_back(found[0], element)
         )
 
@@ -534,7 +534,7 @@ class _Lowering(BoxWriter):
             (one, into) for one in self._of.order for into in _inputs_of(one)
             if self._of.source.get(into.id) == pin.id
         ]  # fmt: skip
-        if pin.id in self._kept:
+        if pin.id in self._stored_pins:
             self.assign(Name(_kept(self.body, pin.id), at), value, at)
             return
         if not consumers and element.call != "Operator" and isinstance(value, Call):

@@ -297,7 +297,7 @@ class MissingNames:
                 use.told(text)
                 self._value_of(tree, use, scope)
             elif at is not None:
-                self._told(self.meanings.of(tree, scope), self.meanings.spec_text(at))
+                self._note_use(self.meanings.of(tree, scope), self.meanings.spec_text(at))
 
     def _in_member(
         self,
@@ -311,7 +311,7 @@ class MissingNames:
             member = use.member(item.name)
             member.is_written = True
             if isinstance(item.value, Expression):
-                self._told(member, self.meanings.text(item.value, scope))
+                self._note_use(member, self.meanings.text(item.value, scope))
                 self._alike(member, item.value, scope)
             elif isinstance(item.value, ArrayInitial):
                 self._elements_told(member, item.value, scope)
@@ -359,11 +359,11 @@ class MissingNames:
             return
         if isinstance(tree, If):
             for branch in tree.branches:
-                self._told(self.meanings.of(branch.condition, scope), "BOOL")
+                self._note_use(self.meanings.of(branch.condition, scope), "BOOL")
         elif isinstance(tree, While | RepeatUntil):
-            self._told(self.meanings.of(tree.condition, scope), "BOOL")
+            self._note_use(self.meanings.of(tree.condition, scope), "BOOL")
         elif isinstance(tree, For):
-            self._told(self.meanings.of(tree.last, scope), self.meanings.text(tree.variable, scope))
+            self._note_use(self.meanings.of(tree.last, scope), self.meanings.text(tree.variable, scope))
         elif isinstance(tree, Case):
             labels = [label for choice in tree.choices for label in choice.labels]
             for label in labels:
@@ -389,7 +389,7 @@ class MissingNames:
             elif isinstance(tree, Binary):
                 self._binary(tree, scope)
             elif isinstance(tree, Unary) and tree.operator == "NOT":
-                self._told(self.meanings.of(tree.operand, scope), "BOOL")
+                self._note_use(self.meanings.of(tree.operand, scope), "BOOL")
             elif isinstance(tree, Call):
                 self._call(tree, scope)
             else:
@@ -404,12 +404,12 @@ class MissingNames:
             for side in (tree.left, tree.right):
                 found = self.meanings.of(side, scope)
                 other = tree.right if side is tree.left else tree.left
-                self._told(found, self.meanings.text(other, scope) or "BOOL")
+                self._note_use(found, self.meanings.text(other, scope) or "BOOL")
             return
         self._compared(tree.left, tree.right, scope)
         if tree.operator in _NUMBERS:
             for side in (tree.left, tree.right):
-                self._told(self.meanings.of(side, scope), "DINT")
+                self._note_use(self.meanings.of(side, scope), "DINT")
 
     def _compared(self, left: Expression, right: Expression, scope: Scope) -> None:
         """Two sides that have one type."""
@@ -427,7 +427,7 @@ class MissingNames:
         if isinstance(tree.of, Name) and tree.of.name.upper() in _QUERIES and tree.arguments:
             asked = tree.arguments[0].value
             if asked is not None:
-                self._told(self.meanings.of(asked, scope), "IQueryInterface")
+                self._note_use(self.meanings.of(asked, scope), "IQueryInterface")
         found = self.meanings.of(tree.of, scope)
         if self.meanings.is_result(found):
             return  # the arguments of a declared method tell nothing of its result
@@ -440,11 +440,11 @@ class MissingNames:
                 self._argument(use, place, argument, scope)
                 if use.method is not None and argument.value is not None:
                     text = use.method.type_of(argument.name or place)
-                    self._told(self.meanings.of(argument.value, scope), text)
+                    self._note_use(self.meanings.of(argument.value, scope), text)
                 if use.block is not None and argument.value is not None and argument.name:
                     part = part_of(use.block, argument.name)
                     text = "" if part is None else part.type
-                    self._told(self.meanings.of(argument.value, scope), text)
+                    self._note_use(self.meanings.of(argument.value, scope), text)
             return
         callee = self._callee(found)
         if callee is None:
@@ -456,7 +456,7 @@ class MissingNames:
             declared = self._scopes.own(argument.name.lower(), inside)
             if declared is not None:
                 text = self.meanings.spec_text((declared[1][1].type, declared[0]))
-                self._told(self.meanings.of(argument.value, scope), text)
+                self._note_use(self.meanings.of(argument.value, scope), text)
             elif (base := self.meanings.missing_base(callee)) is not None:
                 base.is_block = True
                 self._argument(base, 0, argument, scope)
@@ -480,7 +480,7 @@ class MissingNames:
         return None
 
     @staticmethod
-    def _told(found: Sense, text: str) -> None:
+    def _note_use(found: Sense, text: str) -> None:
         if isinstance(found, MissingUse):
             found.told(text)
 

@@ -109,7 +109,7 @@ class Workspace:
         self.path = Path(path)
         self.libraries = tuple(Path(item) for item in libraries)
         self._defines = defines
-        self._given = given
+        self._predefined_of = given
         self._check_all = check_all
         self._contents = {file_key(file): text for file, text in (open_files or {}).items()}
         """Texts of files that are open, by `file_key`."""
@@ -140,7 +140,7 @@ class Workspace:
         self.lint_failure = ""
         """Fault in achse.toml, which switches all rules off."""
         self._linted: Sequence[Diagnostic] | None = None
-        self._gone: Callable[[], Collection[str]] = frozenset
+        self._unreached_units: Callable[[], Collection[str]] = frozenset
         """Units left out because of faults that no task reaches."""
         self.load()
 
@@ -223,7 +223,7 @@ class Workspace:
         if self._linted is None:
             from achse.st.lint.linting import lint_warm  # off by default
 
-            compared = checking.remarks(() if self._check_all else self._gone())
+            compared = checking.remarks(() if self._check_all else self._unreached_units())
             self._linted = lint_warm(self.sources, declarations, compared, self.lint_options)
         return self._linted
 
@@ -518,7 +518,7 @@ class Workspace:
             from achse.st.lint.comparisons import comparisons_in  # off by default
 
             inspect = comparisons_in
-        self.checking = WarmChecking(names, self._given(self.tasks), inspect=inspect)
+        self.checking = WarmChecking(names, self._predefined_of(self.tasks), inspect=inspect)
         self.checking.start()
         self.judge()
 
@@ -544,7 +544,7 @@ class Workspace:
         further, all_unreached = faults_by_reach(
             checked, checking.faulty_routines, reach, tuple(unreached)
         )
-        self._gone = partial(reach.dependent_on, all_unreached)
+        self._unreached_units = partial(reach.dependent_on, all_unreached)
         self.findings = sorted_findings(
             [*errors, *further], checking.warnings, [*unreached, *all_unreached]
         )

@@ -128,7 +128,7 @@ class Building:
         self.exchanges: list[NcExchange] = []
         """Exchanges before and after each cycle of the NC: buses, then plants."""
         self.plants: Mapping[str, Plant] = MappingProxyType({})
-        self._kept = tuple(kept)
+        self._permanent_devices = tuple(kept)
         self._devices: list[Device] = []
         self._attached: list[Sequence[Device]] = []
         self._finished: tuple[list[Device], NotificationPhase] | None = None
@@ -184,7 +184,11 @@ class Building:
     @property
     def devices(self) -> Sequence[Device]:
         """Permanent devices, and the devices added so far."""
-        return (*self._kept, *self._devices, *(each for some in self._attached for each in some))
+        return (
+            *self._permanent_devices,
+            *self._devices,
+            *(each for some in self._attached for each in some),
+        )
 
     @property
     def tick_ns(self) -> int:
@@ -228,6 +232,6 @@ class Building:
 
     def abandon(self) -> None:
         """Undo what was attached."""
-        self.ground.leave(self.devices[len(self._kept) :])
+        self.ground.leave(self.devices[len(self._permanent_devices) :])
         for end in self._ends:
             end()

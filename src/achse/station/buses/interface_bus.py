@@ -92,7 +92,7 @@ class InterfaceBus:
         self._way: BusLink | None = None
         """None as long as the slaves are not found."""
         self._search: tuple[AcyclicTraffic, BusJob[list[FoundSlave]]] | None = None
-        self._left: list[Master] = []
+        self._departing_masters: list[Master] = []
         self._renewals: list[Callable[[], None]] = []
         self.reference = ReferencePace(plan.cycle_ns)
         """Phase of the frames in the cycle of the reference clock."""
@@ -129,7 +129,7 @@ class InterfaceBus:
         self.terminal_slaves: Sequence[BusSlave] = made[len(self._torques) :]
         if before is not None:
             before.on_event = None
-            self._left.append(before)
+            self._departing_masters.append(before)
             for renewed in self._renewals:
                 renewed()
 
@@ -176,14 +176,16 @@ class InterfaceBus:
             self.master.poll(now)  # requests end: nothing answers
             if now >= self._again_ns and self._search is None:
                 self._begin()
-        if self._left:
+        if self._departing_masters:
             self._end_left()
 
     def _end_left(self) -> None:
         """Requests to a master that is gone end, each with its error."""
-        for master in self._left:
+        for master in self._departing_masters:
             master.poll(self._link_ns(), 4)
-        self._left = [each for each in self._left if each.traffic.waiting > 1]
+        self._departing_masters = [
+            each for each in self._departing_masters if each.traffic.waiting > 1
+        ]
 
     def _tell(self, fault: str) -> None:
         """Say what is wrong, once."""

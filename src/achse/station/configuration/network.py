@@ -19,7 +19,7 @@ from achse.station.configuration.types import (
     ConfiguredRights,
     DurationNs,
 )
-from achse.transport.connections.held import DEFAULT_MAX_HELD
+from achse.transport.connections.send_budget import DEFAULT_SEND_BUDGET
 from achse.transport.serial.port import Parity, SerialPort
 
 _ANY_CASE = frozenset({"axis.name", "route.name"})
@@ -131,7 +131,7 @@ class ConnectionLimitsConfig(ConfigTable):
 
     unread_bytes: int = Field(default=64 * 1024 * 1024, ge=65_536)
     """Bytes of answers and samples on a connection that is not read; beyond, it is cut off."""
-    held_bytes: int = Field(default=DEFAULT_MAX_HELD, ge=1024 * 1024)
+    held_bytes: int = Field(default=DEFAULT_SEND_BUDGET, ge=1024 * 1024)
     """Bytes that all connections together leave unread, or send of packets without their end, and
     that wait for a route; beyond, those with the most of them are cut off until an eighth of it is
     free."""

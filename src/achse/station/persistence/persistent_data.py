@@ -81,7 +81,7 @@ class PersistentData:
                 "%s cannot be read, no axis knows its position: %s", file.path, failure.strerror
             )
         except (ValueError, AttributeError, KeyError, TypeError, RecursionError) as fault:
-            log.warning("%s is damaged, no axis knows its position: %s", file.path, _told(fault))
+            log.warning("%s is damaged, no axis knows its position: %s", file.path, _error_text(fault))
             self._damaged = True
         return PersistentValues()
 
@@ -175,7 +175,7 @@ def _read_snapshot(file: SnapshotFile, instead: Path) -> PersistentValues | None
         log.warning("%s cannot be read: %s; reading %s", file.path, failure.strerror, instead)
         return None
     except (ValueError, AttributeError, KeyError, TypeError, IndexError) as fault:
-        log.warning("%s is damaged: %s; reading %s", file.path, _told(fault), instead)
+        log.warning("%s is damaged: %s; reading %s", file.path, _error_text(fault), instead)
         return None
     if is_torn:
         log.warning("%s: the last snapshot is torn, using the one before it", file.path)
@@ -197,5 +197,5 @@ def _parsed(document: Any) -> dict[int, RetainedState]:
     }
 
 
-def _told(fault: Exception) -> str:
+def _error_text(fault: Exception) -> str:
     return f"{fault} is missing" if isinstance(fault, KeyError) else str(fault)

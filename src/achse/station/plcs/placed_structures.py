@@ -76,7 +76,7 @@ class _Walk:
 
     def __init__(self, is_wanted: _Judge, is_owner: _Judge) -> None:
         self._is_wanted, self._is_owner = is_wanted, is_owner
-        self._known: dict[int, bool] = {}
+        self._holds_by_type: dict[int, bool] = {}
 
     def holds(self, type: IecType[Any], addressed: bool) -> bool:
         real = resolved(type)
@@ -86,10 +86,12 @@ class _Walk:
             return False
         if self._is_wanted(real):
             return addressed
-        holds = self._known.get(id(real))
+        holds = self._holds_by_type.get(id(real))
         if holds is None:
-            self._known[id(real)] = False  # while it is looked at: a type does not hold itself
-            holds = self._known[id(real)] = any(
+            self._holds_by_type[id(real)] = (
+                False  # while it is looked at: a type does not hold itself
+            )
+            holds = self._holds_by_type[id(real)] = any(
                 self.holds(member.type, member.address is not None) for member in real.fields
             )
         return holds

@@ -17,7 +17,7 @@ from achse.station.configuration.network import NetworkConfig
 from achse.station.configuration.types import ConfigError
 from achse.station.routes.addresses import check_own_address, is_reachable_from_outside
 from achse.station.routes.identity import StationIdentity
-from achse.transport.connections.held import Held
+from achse.transport.connections.send_budget import SendBudget
 from achse.transport.mqtt.network import MqttError
 from achse.transport.reason import reason
 from achse.transport.serial.port import SerialPortError
@@ -87,14 +87,14 @@ class Network:
             max_connections=config.router.max_connections,
             max_backlog=config.limits.unread_bytes,
             max_per_host=config.router.max_connections_per_host,
-            held=Held(config.limits.held_bytes),
+            send_budget=SendBudget(config.limits.held_bytes),
         )
         self.discovery: DiscoveryEndpoint | None = None
         self.uplinks: Uplinks | None = None
         self.serial = ServedSerialPorts(
             router,
             [ServedPort(item.serial_port(), item.net_id) for item in config.serial],
-            held=self.listener.held,
+            send_budget=self.listener.send_budget,
             fair_queue=self.listener.fair_queue,
         )
         self._names = HostNames(router.routes)
@@ -172,7 +172,7 @@ class Network:
         self.uplinks = Uplinks(
             self._router,
             local_host=self.listener.host or where,
-            held=self.listener.held,
+            send_budget=self.listener.send_budget,
             fair_queue=self.listener.fair_queue,
             credentials=self.identity.credentials,
             strict=config.strict,
@@ -194,7 +194,7 @@ class Network:
             max_connections=config.max_connections,
             max_backlog=limits.unread_bytes,
             max_per_host=config.max_connections_per_host,
-            held=self.listener.held,
+            send_budget=self.listener.send_budget,
             fair_queue=self.listener.fair_queue,
         )
         await self.secure.open(host, self._config.secure.port)
@@ -229,7 +229,7 @@ class Network:
                 settings,
                 note,
                 max_backlog=self._config.limits.unread_bytes,
-                held=self.listener.held,
+                send_budget=self.listener.send_budget,
                 fair_queue=self.listener.fair_queue,
             )
             for item in self._config.mqtt

@@ -49,7 +49,7 @@ class StationStates:
         """
         self._cycle = cycle
         self._ground = ground
-        self._kept = tuple(kept)
+        self._permanent_devices = tuple(kept)
         self._requests = requests
         self._renewed = renewed
         self.persistent = persistent
@@ -58,7 +58,7 @@ class StationStates:
         """True after a shutdown: no device answers any more."""
         self.on_end: Callable[[], None] | None = None
         """Called at the shutdown."""
-        self.parts = assemble(ground, self._kept)
+        self.parts = assemble(ground, self._permanent_devices)
         persistent.load(self.parts.nc, self.parts.plcs, self.save)
         cycle.tick_ns = self.parts.tick_ns
         self._changes = ChangePhase()
@@ -68,7 +68,7 @@ class StationStates:
     @property
     def system(self) -> SystemDevice:
         """The system service, whose ADS state is that of the station."""
-        system = self._kept[0]
+        system = self._permanent_devices[0]
         assert isinstance(system, SystemDevice)
         return system
 
@@ -116,9 +116,11 @@ class StationStates:
         self.save()
         for plc in self.parts.plcs.values():
             plc.drop_debugger()
-        self._ground.leave([each for each in self.parts.devices if each not in self._kept])
+        self._ground.leave(
+            [each for each in self.parts.devices if each not in self._permanent_devices]
+        )
         self._end_parts()
-        self._consist_of(idle(self._ground, self._kept, self._cycle.tick_ns))
+        self._consist_of(idle(self._ground, self._permanent_devices, self._cycle.tick_ns))
         self.system.ads_state = AdsState.STOP
 
     def _enter_config(self) -> None:
@@ -127,7 +129,7 @@ class StationStates:
     def _enter_run(self) -> None:
         collect_remains()
         try:
-            parts = assemble(self._ground, self._kept)
+            parts = assemble(self._ground, self._permanent_devices)
         except ConfigError as fault:
             log.error("the station cannot start and stays in CONFIG: %s", fault)
             self._enter_config()

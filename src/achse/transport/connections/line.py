@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Protocol
 
 from achse.router import Router
 from achse.transport.connections.fair_queue import FairQueue
-from achse.transport.connections.held import Held
+from achse.transport.connections.send_budget import SendBudget
 
 if TYPE_CHECKING:
     from achse.transport.connections.peer import Peer
@@ -65,7 +65,7 @@ class PeerOwner(Protocol):
     max_length: int
     max_backlog: int
     routes_required: bool
-    held: Held
+    send_budget: SendBudget
     fair_queue: FairQueue
 
     @property

@@ -81,7 +81,7 @@ class Peer(PeerWriter):
         self._forwarding: Forwarding | None = None
         """Requests of other clients, from the first one until the line ends."""
         self._repeated = RepeatedReads(owner.router)
-        self._known: KnownFrames | None = None
+        self._known_frames: KnownFrames | None = None
         """Frames that are not decoded, from the first forwarded request on."""
         self._singles: dict[bytes, Callable[[bytes], bool]] = {}
         """Functions that pass on a known frame that comes alone, as `KnownFrames.singles`."""
@@ -152,8 +152,8 @@ class Peer(PeerWriter):
             self._undone += len(data)
             return
         if len(data) <= SMALL_PORTION:
-            if self._known is not None and not self._partial:
-                done = self._known.pass_on_portion(data)
+            if self._known_frames is not None and not self._partial:
+                done = self._known_frames.pass_on_portion(data)
                 if done == len(data):
                     return
                 if done:
@@ -192,7 +192,7 @@ class Peer(PeerWriter):
         return done or not self.connected
 
     def _events_of(self, data: bytes) -> Iterator[Event | None]:
-        known = self._known
+        known = self._known_frames
         return self._stream.receive(data) if known is None else known.events(data)
 
     def _do(self, events: Iterator[Event | None], until: float | None) -> bool:
@@ -266,8 +266,8 @@ class Peer(PeerWriter):
         self._late.clear()
         self._stream.drop()
         self._repeated.clear()
-        if self._known is not None:
-            self._known.clear()
+        if self._known_frames is not None:
+            self._known_frames.clear()
         for source in self.senders:
             self.router.forget(source, self)
         self.senders.clear()
@@ -395,9 +395,9 @@ class Peer(PeerWriter):
 
     def _may_know(self, peer: object) -> None:
         """From now on `peer` passes known frames on without decoding."""
-        if isinstance(peer, Peer) and peer._known is None and peer._unchanged:
-            peer._known = KnownFrames(peer, peer._stream)
-            peer._singles = peer._known.singles
+        if isinstance(peer, Peer) and peer._known_frames is None and peer._unchanged:
+            peer._known_frames = KnownFrames(peer, peer._stream)
+            peer._singles = peer._known_frames.singles
 
     def takes_known(self) -> bool:
         """True if frames may be put here as they leave."""

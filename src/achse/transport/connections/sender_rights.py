@@ -14,7 +14,7 @@ class SenderRights:
     def __init__(self) -> None:
         self.limited: dict[bytes, Right] = {}
         """Rights of those that may not everything."""
-        self._told = NO_RIGHTS
+        self._reported_rights = NO_RIGHTS
         self._lie_reported = False
 
     def __bool__(self) -> bool:
@@ -39,8 +39,8 @@ class SenderRights:
 
     def tell(self, source: bytes, missing: Right, peer: str) -> None:
         """Log that the sender has not this right, once for each right."""
-        if missing & ~self._told:
-            self._told |= missing
+        if missing & ~self._reported_rights:
+            self._reported_rights |= missing
             client = AmsAddress(source)
             log.warning(
                 "%s may not %s here: refused with 0x723, as whatever it asks of that kind",

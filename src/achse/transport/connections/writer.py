@@ -23,7 +23,7 @@ class PeerWriter(ABC):
         self.owner = owner
         self.outbox = Outbox()
         self._counted = 0
-        """Bytes that `owner.held` counts for this peer."""
+        """Bytes that `owner.send_budget` counts for this peer."""
         self._flush_due = False
         self._receiving = False
         """True while events are processed: what they gather is written behind the last one."""
@@ -147,7 +147,7 @@ class PeerWriter(ABC):
         return self.outbox.size + (0 if line is None else line.get_write_buffer_size())
 
     @property
-    def held(self) -> int:
+    def buffered_bytes(self) -> int:
         """Bytes it has not taken, also after the end, and packets that lack their end."""
         if self.cut_off:
             return 0
@@ -157,10 +157,10 @@ class PeerWriter(ABC):
         """Update the send-buffer budget after a change of the buffered bytes."""
         line = self._line
         self.unread = 0 if line is None else line.get_write_buffer_size()
-        held = self.held
-        if held != self._counted:
-            self._counted = held
-            self.owner.held.count(self, held)
+        size = self.buffered_bytes
+        if size != self._counted:
+            self._counted = size
+            self.owner.send_budget.count(self, size)
 
     def cut(self, reason: str, *details: object) -> None:
         """Close at once because the peer takes too much room."""

@@ -15,8 +15,8 @@ from achse.codes import ReturnCode
 from achse.router import Router
 from achse.router.routes import Admission, Route
 from achse.transport.connections.fair_queue import FairQueue
-from achse.transport.connections.held import Held
 from achse.transport.connections.peer import Peer
+from achse.transport.connections.send_budget import SendBudget
 from achse.transport.mqtt.network import MqttNetwork, MqttSettings, Session
 
 log = logging.getLogger("achse.mqtt")
@@ -94,14 +94,14 @@ class MqttRoutes:
         *,
         max_length: int = DEFAULT_MAX_LENGTH,
         max_backlog: int = 64 * 1024 * 1024,
-        held: Held | None = None,
+        send_budget: SendBudget | None = None,
         fair_queue: FairQueue | None = None,
         session: Session | None = None,
     ) -> None:
         self.router = router
         self.max_length = max_length
         self.max_backlog = max_backlog
-        self.held = held or Held()
+        self.send_budget = send_budget or SendBudget()
         self.fair_queue = fair_queue or FairQueue()
         self.loop: asyncio.AbstractEventLoop
         self.network = MqttNetwork(settings, NetId(router.net_id), note, self, session=session)

@@ -103,7 +103,7 @@ class _StandardTls:
         except ssl.SSLWantReadError:
             return
         except (ssl.SSLError, ssl.CertificateError) as fault:
-            raise TlsError(_told(fault)) from None
+            raise TlsError(_error_text(fault)) from None
         self.established = True
         self.certificate = self._object.getpeercert(True) or b""
         is_verified = self._object.context.verify_mode is not ssl.CERT_NONE
@@ -126,14 +126,14 @@ class _StandardTls:
         except ssl.SSLZeroReturnError:
             pass
         except ssl.SSLError as fault:
-            raise TlsError(_told(fault)) from None
+            raise TlsError(_error_text(fault)) from None
         return b"".join(out)
 
     def send(self, data: bytes) -> None:
         try:
             self._object.write(data)
         except ssl.SSLError as fault:
-            raise TlsError(_told(fault)) from None
+            raise TlsError(_error_text(fault)) from None
 
     def outgoing(self) -> bytes:
         return self._out.read()
@@ -143,7 +143,7 @@ class _StandardTls:
             self._object.unwrap()  # it does not answer yet; what we say is in the buffer
 
 
-def _told(fault: Exception) -> str:
+def _error_text(fault: Exception) -> str:
     """Return the message of OpenSSL, without its file and line."""
     reason = getattr(fault, "reason", None)
     text = getattr(fault, "verify_message", None) or (reason or str(fault)).replace("_", " ")
@@ -461,5 +461,5 @@ class ClientTls:
             if self.identity is not None:
                 context.load_cert_chain(self.identity.certificate, self.identity.key)
         except (OSError, ssl.SSLError) as fault:
-            raise TlsError(f"certificates cannot be used: {_told(fault)}") from None
+            raise TlsError(f"certificates cannot be used: {_error_text(fault)}") from None
         return _StandardTls(context, server=False, by_key=False)

@@ -13,8 +13,8 @@ from achse.ams import NetId
 from achse.ams.serial import MAX_PACKET
 from achse.router import Router
 from achse.transport.connections.fair_queue import FairQueue
-from achse.transport.connections.held import Held
 from achse.transport.connections.peer import Peer
+from achse.transport.connections.send_budget import SendBudget
 from achse.transport.reason import reason
 from achse.transport.serial.carrier import SerialCarrier, SerialLine
 from achse.transport.serial.port import SerialPort, SerialPortError, open_serial_port
@@ -47,12 +47,12 @@ class ServedSerialPorts:
         ports: Iterable[ServedPort],
         *,
         max_backlog: int = 64 * 1024 * 1024,
-        held: Held | None = None,
+        send_budget: SendBudget | None = None,
         fair_queue: FairQueue | None = None,
     ) -> None:
         self.router = router
         self.max_backlog = max_backlog
-        self.held = held or Held()
+        self.send_budget = send_budget or SendBudget()
         self.fair_queue = fair_queue or FairQueue()
         self.loop: asyncio.AbstractEventLoop
         self._ports = list(ports)

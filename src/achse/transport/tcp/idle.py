@@ -86,7 +86,7 @@ class IdleConnections:
             peer = next(iter(active))
             del active[peer]
             active[peer] = None
-            if peer.registered or peer.held:
+            if peer.registered or peer.buffered_bytes:
                 continue
             seconds = self._idle_time(peer)
             if seconds >= longest and not self._router.is_used(peer):

@@ -15,9 +15,9 @@ from achse.router import Router
 from achse.router.routes import Route
 from achse.transport.connections.connection import TcpConnection
 from achse.transport.connections.fair_queue import FairQueue
-from achse.transport.connections.held import Held
 from achse.transport.connections.line import Turns
 from achse.transport.connections.peer import Peer
+from achse.transport.connections.send_budget import SendBudget
 from achse.transport.tcp.acceptor import Acceptor
 from achse.transport.tcp.idle import IdleConnections
 from achse.transport.tcp.refusal import NO_ROOM, RefusedConnections
@@ -47,7 +47,7 @@ class TcpListener:
     - `external_registration`: serve the local port service to other hosts as well.
     - `max_length`: longest packet taken, bytes.
     - `max_backlog`: bytes that may wait for a peer that does not read.
-    - `held`: bytes that wait on all connections together, packets that lack their end included;
+    - `send_budget`: bytes that wait on all connections together, unfinished packets included;
       beyond its limit, the connection with the most of them is closed.
     - `fair_queue`: who is served when, of those with much to do.
     - `max_connections`: the first request on a further one is answered with 0x508, then it is
@@ -64,7 +64,7 @@ class TcpListener:
         external_registration: bool = False,
         max_length: int = DEFAULT_MAX_LENGTH,
         max_backlog: int = 64 * 1024 * 1024,
-        held: Held | None = None,
+        send_budget: SendBudget | None = None,
         fair_queue: FairQueue | None = None,
         max_connections: int = 4096,
         max_per_host: int = 2048,
@@ -75,7 +75,7 @@ class TcpListener:
         self.external_registration = external_registration
         self.max_length = max_length
         self.max_backlog = max_backlog
-        self.held = held or Held()
+        self.send_budget = send_budget or SendBudget()
         self.fair_queue = fair_queue or FairQueue()
         self.max_connections = max_connections
         self.max_per_host = max_per_host

@@ -16,9 +16,9 @@ from achse.router import Router
 from achse.router.forwarding.restoring import LinkMemory
 from achse.router.routes import Route
 from achse.transport.connections.fair_queue import FairQueue
-from achse.transport.connections.held import Held
 from achse.transport.connections.line import Timer, Turns
 from achse.transport.connections.peer import Peer
+from achse.transport.connections.send_budget import SendBudget
 from achse.transport.uplinks.dialled import DialledPeer
 from achse.transport.uplinks.nat import NatPeer
 
@@ -68,7 +68,7 @@ class Uplink:
         max_backlog: int = 64 * 1024 * 1024,
         queue_frames: int = 1024,
         queue_bytes: int = 4 * 1024 * 1024,
-        held: Held | None = None,
+        send_budget: SendBudget | None = None,
         fair_queue: FairQueue | None = None,
         strict: bool = False,
     ) -> None:
@@ -80,7 +80,7 @@ class Uplink:
         self.max_backlog = max_backlog
         self.queue_frames = queue_frames
         self.queue_bytes = queue_bytes
-        self.held = held or Held()
+        self.send_budget = send_budget or SendBudget()
         self.fair_queue = fair_queue or FairQueue()
         self.refused = 0
         """Frames that could not go."""
@@ -147,7 +147,7 @@ class Uplink:
         if not self._dialling and self.loop.time() < self._not_before:
             return self.refuse(frame, ReturnCode.HOST_UNREACHABLE)
         queue = self._queue
-        if len(queue.frames) >= self.queue_frames or queue.held + size > self.queue_bytes:
+        if len(queue.frames) >= self.queue_frames or queue.buffered_bytes + size > self.queue_bytes:
             return self.refuse(frame, ReturnCode.ROUTER_MAILBOX_FULL)
         queue.put(frame, size)
         self.last_request = self.loop.time()
@@ -275,19 +275,19 @@ class _Queue:
 
     def __init__(self, uplink: Uplink) -> None:
         self.frames: deque[Frame] = deque()
-        self.held = 0
+        self.buffered_bytes = 0
         """Bytes of them."""
         self._uplink = uplink
 
     def put(self, frame: Frame, size: int) -> None:
         self.frames.append(frame)
-        self.held += size
-        self._uplink.held.count(self, self.held)
+        self.buffered_bytes += size
+        self._uplink.send_budget.count(self, self.buffered_bytes)
 
     def take(self) -> deque[Frame]:
         """All of them; none waits any more."""
-        frames, self.frames, self.held = self.frames, deque(), 0
-        self._uplink.held.count(self, 0)
+        frames, self.frames, self.buffered_bytes = self.frames, deque(), 0
+        self._uplink.send_budget.count(self, 0)
         return frames
 
     def refuse(self, code: ReturnCode) -> None:

@@ -11,7 +11,7 @@ from achse.router import Router
 from achse.router.routes import Route
 from achse.transport.connections.connection import TcpConnection
 from achse.transport.connections.fair_queue import FairQueue
-from achse.transport.connections.held import Held
+from achse.transport.connections.send_budget import SendBudget
 from achse.transport.reason import reason
 from achse.transport.secure.channel import Credentials, SecureClient, SecureError
 from achse.transport.uplinks.uplink import Uplink
@@ -26,7 +26,7 @@ class Uplinks:
         *,
         local_host: str = "",
         max_length: int = DEFAULT_MAX_LENGTH,
-        held: Held | None = None,
+        send_budget: SendBudget | None = None,
         fair_queue: FairQueue | None = None,
         credentials: Callable[[Route], Credentials] | None = None,
         strict: bool = False,
@@ -36,7 +36,7 @@ class Uplinks:
         self.router = router
         self._credentials = credentials
         self._strict = strict
-        self.held = held or Held()
+        self.send_budget = send_budget or SendBudget()
         self.fair_queue = fair_queue or FairQueue()
         self.local_host = local_host
         self.max_length = max_length
@@ -80,7 +80,7 @@ class Uplinks:
         uplink = Uplink(
             *(self.router, route, asyncio.get_running_loop(), self._dial),
             max_length=self.max_length,
-            held=self.held,
+            send_budget=self.send_budget,
             fair_queue=self.fair_queue,
             strict=self._strict,
         )

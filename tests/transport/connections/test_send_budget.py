@@ -3,43 +3,43 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
-from achse.transport.connections.held import Held
+from achse.transport.connections.send_budget import SendBudget
 
 
 class Keeps:
     """Keeps so many bytes, until it is cut."""
 
     def __init__(self) -> None:
-        self.held = 0
+        self.buffered_bytes = 0
         self.cuts = 0
 
     def cut(self, reason: str, *details: object) -> None:
         self.cuts += 1
-        self.held = 0
+        self.buffered_bytes = 0
 
 
 def test_the_largest_goes_until_an_eighth_is_free() -> None:
-    held = Held(800)
+    budget = SendBudget(800)
     keepers = [Keeps() for _ in range(4)]
     for keeper, size in zip(keepers, (100, 400, 200, 100), strict=True):
-        keeper.held = size
-        held.count(keeper, size)
-    assert held.total == 800
-    keepers[0].held = 101
-    held.count(keepers[0], 101)
+        keeper.buffered_bytes = size
+        budget.count(keeper, size)
+    assert budget.total == 800
+    keepers[0].buffered_bytes = 101
+    budget.count(keepers[0], 101)
     assert [keeper.cuts for keeper in keepers] == [0, 1, 0, 0]
-    assert held.total == 401
+    assert budget.total == 401
 
 
 def test_what_drained_without_a_word_is_asked_for_before_anybody_goes() -> None:
-    held = Held(100)
+    budget = SendBudget(100)
     first, second = Keeps(), Keeps()
-    first.held = 90
-    held.count(first, 90)
-    first.held = 10
-    second.held = 50
-    held.count(second, 50)
-    assert (first.cuts, second.cuts, held.total) == (0, 0, 60)
+    first.buffered_bytes = 90
+    budget.count(first, 90)
+    first.buffered_bytes = 10
+    second.buffered_bytes = 50
+    budget.count(second, 50)
+    assert (first.cuts, second.cuts, budget.total) == (0, 0, 60)
 
 
 @given(
@@ -48,15 +48,15 @@ def test_what_drained_without_a_word_is_asked_for_before_anybody_goes() -> None:
 )
 def test_however_sizes_change_the_sum_holds(limit: int, steps: list[tuple[int, int, bool]]) -> None:
     """Growth is told, shrinking sometimes."""
-    held = Held(limit)
+    budget = SendBudget(limit)
     keepers = [Keeps() for _ in range(10)]
     for number, size, told in steps:
         keeper = keepers[number]
-        grows = size > keeper.held
-        keeper.held = size
+        grows = size > keeper.buffered_bytes
+        keeper.buffered_bytes = size
         if grows or told:
-            held.count(keeper, size)
-        total = sum(keeper.held for keeper in keepers)
-        assert total <= held.total or any(keeper.cuts for keeper in keepers)
+            budget.count(keeper, size)
+        total = sum(keeper.buffered_bytes for keeper in keepers)
+        assert total <= budget.total or any(keeper.cuts for keeper in keepers)
         assert total <= limit
-        assert held.total <= limit
+        assert budget.total <= limit
