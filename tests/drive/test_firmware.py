@@ -17,7 +17,11 @@ def test_programming_takes_its_time(content: bytes, steps: list[int]) -> None:
         firmware.advance(step)
         passed += step
         if passed >= len(content) * 10_000:
-            assert (firmware.content, firmware.programming, firmware.written) == (content, None, 1)
+            assert (firmware.content, firmware.programming, firmware.write_count) == (
+                content,
+                None,
+                1,
+            )
         else:
             assert firmware.content == b"old"
             assert firmware.programming == (passed // 10_000, len(content))
@@ -28,7 +32,7 @@ def test_a_drive_that_is_switched_off_has_the_old_one() -> None:
     firmware.program(b"new")
     firmware.abandon()
     firmware.advance(10**9)
-    assert (firmware.content, firmware.written) == (b"old", 0)
+    assert (firmware.content, firmware.write_count) == (b"old", 0)
 
 
 def test_refusals() -> None:

@@ -154,7 +154,11 @@ def test_clients_get_the_same_as_one_by_one(
         for world in worlds:  # now and then one by one
             world.pass_time(1, lambda words=world.words: step(words, *cycles))  # type: ignore[misc]
     ends = [
-        (each.notifications.due_ns, each.notifications.usage.budget.left, each.notifications.queued)
+        (
+            each.notifications.due_ns,
+            each.notifications.usage.budget.remaining,
+            each.notifications.queued,
+        )
         for each in worlds
     ]
     assert ends[0] == ends[1]
@@ -199,9 +203,9 @@ def test_nothing_is_taken_ahead_where_frames_are_seen_or_kept_back() -> None:
     world.connections[0].room = 0
     assert world.run_ahead(5, (1, 0, 0)) == 0
     world.connections[0].room = 1000
-    world.notifications.usage.budget.left = -1
+    world.notifications.usage.budget.remaining = -1
     assert world.run_ahead(5, (1, 0, 0)) == 0
-    world.notifications.usage.budget.left = 100
+    world.notifications.usage.budget.remaining = 100
     assert world.run_ahead(5, (1, 0, 0)) == 5
 
 

@@ -51,19 +51,19 @@ def subscribe(bench: Any, way: Way, count: int, *, cycle_ms: int = 0, length: in
 
 def test_what_comes_in_a_second_and_at_once() -> None:
     budget = SampleBudget(1000)
-    assert budget.left == 20
-    budget.left = 0
+    assert budget.remaining == 20
+    budget.remaining = 0
     budget.refill(0)
     budget.refill(5 * MS)
-    assert budget.left == 5
+    assert budget.remaining == 5
     budget.refill(SECOND)
-    assert budget.left == 995  # a tick as long as that gives what is due to it
+    assert budget.remaining == 995  # a tick as long as that gives what is due to it
     budget.refill(SECOND)
-    assert budget.left == 995
+    assert budget.remaining == 995
     budget.refill(SECOND - MS)  # a clock that was set back
-    assert budget.left == 995
+    assert budget.remaining == 995
     budget.refill(SECOND + MS)
-    assert budget.left == 20
+    assert budget.remaining == 20
 
 
 def test_a_station_behind_the_clock_samples_less_until_it_keeps_up() -> None:
@@ -74,10 +74,10 @@ def test_a_station_behind_the_clock_samples_less_until_it_keeps_up() -> None:
     for _ in range(100):
         budget.press(11 * MS)
     assert budget.share == 0.1
-    budget.left = 0
+    budget.remaining = 0
     budget.refill(0)
     budget.refill(SECOND)
-    assert budget.left == 100
+    assert budget.remaining == 100
     budget.press(0)
     assert budget.share == pytest.approx(0.11)
     for _ in range(89):
@@ -131,7 +131,7 @@ class Sampled:
 
     def __init__(self, per_second: int = 1000) -> None:
         self.budget = SampleBudget(per_second)
-        self.budget.left = 0
+        self.budget.remaining = 0
         self.names: list[str] = []
         self.sent: list[int] = []
 
@@ -158,7 +158,7 @@ class Sampled:
     def serve(self, left: int, now: int = 0) -> str:
         """Serve so many samples; the names of the beats that were sampled."""
         self.names.clear()
-        self.budget.left = left
+        self.budget.remaining = left
         self.budget.serve(now)
         return "".join(self.names)
 
@@ -191,7 +191,7 @@ def test_beat_is_sampled_while_anything_is_left(left: int, served: str) -> None:
     for name in "abc":
         sampled.put(name)
     assert sampled.serve(left) == served
-    assert sampled.budget.left == left - 10 * len(served)
+    assert sampled.budget.remaining == left - 10 * len(served)
     assert sampled.budget.waiting == 3 - len(served)
 
 
@@ -329,17 +329,17 @@ def test_even_costs_are_taken_at_once_as_one_by_one(
     single, together = SampleBudget(per_second), SampleBudget(per_second)
     for each in (single, together):
         each.refill(SECOND)
-        each.share, each.left = share, min(left, per_second // 50)
+        each.share, each.remaining = share, min(left, per_second // 50)
     cycle_ns = cycle_ms * MS
     covered = together.covers(cost, SECOND + cycle_ns, cycle_ns)
     assert not together.covers(cost, SECOND + cycle_ns + 1, cycle_ns)
-    lasts = single.left >= 0
+    lasts = single.remaining >= 0
     for n in range(1, count + 1):
         single.refill(SECOND + n * cycle_ns)
-        lasts &= cost <= single.left
-        single.left -= cost
+        lasts &= cost <= single.remaining
+        single.remaining -= cost
     assert lasts or not covered
     if covered:
         together.take_evenly(cost, cycle_ns, count)
-        assert together.left == single.left
+        assert together.remaining == single.remaining
         assert together.covers(cost, SECOND + (count + 1) * cycle_ns, cycle_ns)

@@ -94,7 +94,7 @@ class _Module:
         """Classes of symbols of what has methods, by the IEC name of its type."""
         self.names: dict[str, str] = {}
         """Python names of enumerations and structures by their IEC name."""
-        self.taken = {
+        self.used_names = {
             "ArraySymbol",
             "Callables",
             "Symbols",
@@ -104,7 +104,15 @@ class _Module:
             "Any",
             "Nanoseconds",
         }
-        self.taken |= {"date", "datetime", "time", "timedelta", "IntEnum", "dataclass", "iec_name"}
+        self.used_names |= {
+            "date",
+            "datetime",
+            "time",
+            "timedelta",
+            "IntEnum",
+            "dataclass",
+            "iec_name",
+        }
         self.types = _inner_first(
             sorted(
                 types_within([*symbols.values(), *_of_methods(programs.values())]),
@@ -115,7 +123,7 @@ class _Module:
             self.names[type.name.lower()] = self._unique(_identifier(type.name))
 
     def _unique(self, name: str) -> str:
-        return _free(name, self.taken)
+        return _free(name, self.used_names)
 
     def lines(self) -> Iterator[str]:
         title = self.title.replace("\\", "").replace('"', "'")

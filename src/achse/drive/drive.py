@@ -571,7 +571,7 @@ class Drive:
 
     def _take_mapping(self) -> None:
         self._received = self.mapping.received
-        self._tx_data = self.mapping.sent
+        self._tx_data = self.mapping.tx_data
         self._settle()
         self._distribute = distributor(self._record, self._received.places)
         self._collect = collector(self._record, self._tx_data.fields)

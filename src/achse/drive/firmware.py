@@ -31,7 +31,7 @@ class Firmware:
         self.content = content
         self.password = password
         self.bootstrap = bootstrap
-        self.written = 0
+        self.write_count = 0
         """Number of times that other firmware was programmed."""
         self._new = b""
         self._left_ns = 0
@@ -66,7 +66,7 @@ class Firmware:
         self._left_ns = max(self._left_ns - elapsed_ns, 0)
         if not self._left_ns:
             self.content, self._new = self._new, b""
-            self.written += 1
+            self.write_count += 1
 
     def abandon(self) -> None:
         """The drive is switched off: what is not programmed is lost."""

@@ -73,7 +73,7 @@ class PdoMapping:
         self.strict = strict
         self.open = False
         self.received = _NOTHING
-        self.sent = _NOTHING
+        self.tx_data = _NOTHING
         self._entries = {
             index: [*entries, *[0] * (ENTRIES - len(entries))]
             for index, entries in DEFAULT_MAPPINGS.items()
@@ -195,4 +195,4 @@ class PdoMapping:
         if assignment == RX_ASSIGNMENT:
             self.received = data
         else:
-            self.sent = data
+            self.tx_data = data

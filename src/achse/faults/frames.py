@@ -84,19 +84,19 @@ class Reorder(_SidedKind):
     """Delay of a frame without a second one, s; empty: 0.1."""
 
     def disturb(self, gate: FrameGate, active: ActiveFault, frame: Frame, onward: Onward) -> bool:
-        first = gate.held.pop(active.number, None)
+        first = gate.delayed_frames.pop(active.number, None)
         if first is not None:
             return onward(frame) and first[1](first[0])
         entry = (frame, onward)
 
         def give_up() -> None:
-            if gate.held.get(active.number) is entry:
-                del gate.held[active.number]
+            if gate.delayed_frames.get(active.number) is entry:
+                del gate.delayed_frames[active.number]
                 onward(frame)
 
         if not gate.keep(_ALONE_S if self.by is None else self.by, frame, give_up):
             return onward(frame)
-        gate.held[active.number] = entry
+        gate.delayed_frames[active.number] = entry
         return True
 
 

@@ -40,7 +40,7 @@ class FrameGate:
         self._on_requests: list[_Entry] = []
         self._on_samples: list[_Entry] = []
         self._marked: dict[tuple[Any, ...], list[_Hit]] = {}
-        self.held: dict[int, tuple[Frame, Onward]] = {}
+        self.delayed_frames: dict[int, tuple[Frame, Onward]] = {}
         """Frame that waits until another one overtakes it, by the number of the fault."""
         self._waiting_bytes = 0
 

@@ -59,7 +59,7 @@ class FleetProcess:
         self.core = core
         self.state = ProcessState.WAITING
         self.pid = 0
-        self.said: dict[int, dict[str, Any]] = {}
+        self.reports: dict[int, dict[str, Any]] = {}
         """The newest figures of each station."""
         self.heard_s = 0.0
         self.heard = 0
@@ -230,7 +230,7 @@ class FleetSupervisor:
                 return False, "nothing"
             process.state, process.ordered = ProcessState.STARTING, False
             process.go_on.clear()
-            process.said.clear()
+            process.reports.clear()
             ready: set[int] = set()
             try:
                 child, logged = await self._start(process)
@@ -283,7 +283,7 @@ class FleetSupervisor:
             number = told.pop("station")
             if told.pop("event") == "ready":
                 ready.add(number)
-            process.said.setdefault(number, {}).update(told)
+            process.reports.setdefault(number, {}).update(told)
         except (ValueError, KeyError, TypeError, AttributeError):
             log.info("process %d says %.200r", process.place + 1, line)
             return
@@ -319,7 +319,7 @@ class FleetSupervisor:
 
     def _row(self, process: FleetProcess, station: FleetStation) -> dict[str, Any]:
         figures = (
-            process.said.get(station.number, {}) if process.state is ProcessState.RUNNING else {}
+            process.reports.get(station.number, {}) if process.state is ProcessState.RUNNING else {}
         )
         state: str = process.state
         if state == ProcessState.RUNNING:

@@ -28,36 +28,36 @@ class Clients:
     """The clients of a router by their AMS addresses, in the order in which they came."""
 
     def __init__(self) -> None:
-        self.known: dict[bytes, ClientFigures] = {}
+        self.by_source: dict[bytes, ClientFigures] = {}
         """Figures by address."""
 
     def __len__(self) -> int:
-        return len(self.known)
+        return len(self.by_source)
 
     def __iter__(self) -> Iterator[bytes]:
-        return iter(self.known)
+        return iter(self.by_source)
 
     def __contains__(self, source: object) -> bool:
-        return source in self.known
+        return source in self.by_source
 
     def get(self, source: bytes) -> ClientFigures | None:
         """Return the figures of a client; None if it is unknown."""
-        return self.known.get(source)
+        return self.by_source.get(source)
 
     def __getitem__(self, source: bytes) -> ClientFigures:
-        return self.known[source]
+        return self.by_source[source]
 
     def busiest(self, most: int = LISTED_CLIENTS) -> list[bytes]:
         """Return the clients with the most requests, those first."""
-        return heapq.nlargest(most, self.known, key=lambda each: self.known[each].requests)
+        return heapq.nlargest(most, self.by_source, key=lambda each: self.by_source[each].requests)
 
     def figures(self, source: bytes) -> ClientFigures:
         """Return the figures to which requests of `source` are added."""
-        known = self.known.get(source)
+        known = self.by_source.get(source)
         if known is None:
-            known = self.known[source] = ClientFigures()
-            if len(self.known) > MOST_CLIENTS:
-                self.forget(next(iter(self.known)))
+            known = self.by_source[source] = ClientFigures()
+            if len(self.by_source) > MOST_CLIENTS:
+                self.forget(next(iter(self.by_source)))
         return known
 
     def asked(self, source: bytes, count: int = 1) -> None:
@@ -66,12 +66,12 @@ class Clients:
 
     def refused(self, source: bytes) -> None:
         """`source` got an error for an answer. Unknown is not an error."""
-        known = self.known.get(source)
+        known = self.by_source.get(source)
         if known is not None:
             known.errors += 1
 
     def forget(self, source: bytes) -> None:
         """`source` has gone. Unknown is not an error."""
-        known = self.known.pop(source, None)
+        known = self.by_source.pop(source, None)
         if known is not None:
             known.forgotten = True

@@ -90,7 +90,7 @@ class SampleBudget:
 
     def __init__(self, per_second: int) -> None:
         self.per_second = per_second
-        self.left = per_second // _BURSTS
+        self.remaining = per_second // _BURSTS
         """Samples that may be taken now; below 0 after one that was larger than what was left."""
         self.waiting = 0
         """Beats that are due and not served."""
@@ -112,7 +112,7 @@ class SampleBudget:
         since, self._since = self._since, now
         if since is not None and now > since:
             gain = self._gain(now - since)
-            self.left = min(self.left + gain, max(self.per_second // _BURSTS, gain))
+            self.remaining = min(self.remaining + gain, max(self.per_second // _BURSTS, gain))
 
     def _gain(self, elapsed_ns: int) -> int:
         return int(elapsed_ns * self.per_second * self.share) // _SECOND
@@ -121,13 +121,13 @@ class SampleBudget:
         """Return True if it lasts for samples of `cost` in each cycle from `due_ns` on."""
         if self.waiting or self._since != due_ns - cycle_ns:
             return False
-        return self.left >= 0 and self._gain(cycle_ns) >= cost
+        return self.remaining >= 0 and self._gain(cycle_ns) >= cost
 
     def take_evenly(self, cost: int, cycle_ns: int, count: int) -> None:
         """Refill and take `cost` in each of `count` cycles, which it `covers`."""
         gain = self._gain(cycle_ns)
         most = max(self.per_second // _BURSTS, gain) - cost
-        self.left = min(self.left + count * (gain - cost), most)
+        self.remaining = min(self.remaining + count * (gain - cost), most)
         if self._since is not None:
             self._since += count * cycle_ns
 
@@ -172,7 +172,7 @@ class SampleBudget:
         """Take samples of those who wait, as far as the budget goes, and send them."""
         self.refill(now)
         served: dict[Notifications, None] = {}
-        while self.left > 0 and self._order:
+        while self.remaining > 0 and self._order:
             place = heappop(self._order)[2]
             host = self._hosts[place]
             key = heappop(host.order)[2]
@@ -182,7 +182,7 @@ class SampleBudget:
             self.waiting -= 1
             cost = notifications.sample(beat)
             served[notifications] = None
-            self.left -= cost
+            self.remaining -= cost
             host.level, self._level = line.served, host.served
             line.served += cost
             host.served += cost

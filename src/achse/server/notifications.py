@@ -441,11 +441,11 @@ class Notifications(Scheduled):
                 continue
             cycle = pulse.cycle
             heapreplace(due, (time + ((now - time) // cycle + 1) * cycle, sequence, pulse))
-            if budget.waiting or pulse.cost > budget.left:
+            if budget.waiting or pulse.cost > budget.remaining:
                 for beat in pulse.beats:
                     budget.put(self, beat)
                 continue
-            budget.left -= pulse.cost
+            budget.remaining -= pulse.cost
             for beat in pulse.beats:
                 batch = beat.batch
                 if batch.channel.away and not self._is_back(batch.channel):

@@ -190,9 +190,9 @@ class ProjectFiles:
             lacking = lacking_libraries(
                 self.found.here,
                 (*self.sources, *self.found.sources),
-                lambda word: names.scopes.find(word) is not None or word in names.given,
+                lambda word: names.scopes.find(word) is not None or word in names.predefined,
             )
-        has_some = bool(missing) or bool(lacking) or names.given.has_shells
+        has_some = bool(missing) or bool(lacking) or names.predefined.has_shells
         if unknown == "opaque" or (unknown == "libraries" and has_some):
             made, kept = _stand_ins(
                 declared,

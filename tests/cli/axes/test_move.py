@@ -45,9 +45,9 @@ def test_a_move_goes_on_until_the_axis_is_in_its_window() -> None:
     verdict.see(0.0, _values(STANDING, set_command_number=3))
     verdict.see(0.1, _values(MOVING))
     verdict.see(0.2, _values(STANDING))
-    assert not verdict.done
+    assert not verdict.is_finished
     verdict.see(0.3, _values(STANDING | StateBit.IN_TARGET_POSITION))
-    assert verdict.done
+    assert verdict.is_finished
     assert verdict.trouble is None
     assert verdict.target == 100.0
 
@@ -59,15 +59,15 @@ def test_a_move_goes_on_until_the_axis_is_in_its_window() -> None:
 def test_windows_that_nobody_watches_do_not_count(watched: int, flag: int) -> None:
     verdict = _verdict()
     verdict.see(0.1, _values(STANDING | flag, operation_mode_and_cycle=watched))
-    assert verdict.done
+    assert verdict.is_finished
 
 
 def test_an_endless_move_is_done_at_its_velocity() -> None:
     verdict = _verdict(StartType.ENDLESS_NEGATIVE)
     verdict.see(0.1, _values(MOVING, motion_state=MotionState.ACCELERATING))
-    assert not verdict.done
+    assert not verdict.is_finished
     verdict.see(0.2, _values(MOVING, motion_state=MotionState.CONSTANT_VELOCITY))
-    assert verdict.done
+    assert verdict.is_finished
 
 
 def test_an_error_is_told_by_code_name_and_place() -> None:
@@ -110,7 +110,7 @@ def test_the_time_before_the_command_was_accepted_does_not_count() -> None:
     verdict.see(11 * ACTIVE_WITHIN, _values(STANDING, set_command_number=0))
     assert verdict.trouble is None
     verdict.see(12 * ACTIVE_WITHIN, _values(STANDING | StateBit.IN_TARGET_POSITION))
-    assert (verdict.done, verdict.trouble) == (True, None)
+    assert (verdict.is_finished, verdict.trouble) == (True, None)
     assert verdict.began == 11 * ACTIVE_WITHIN
 
 

@@ -92,7 +92,7 @@ def test_refusals_have_their_code(bus: Callable[..., Any]) -> None:
     foe = client(ours, Files())
     with pytest.raises(FoeRefusal, match="nothing: 0x8001 not found not here") as refusal:
         ours.do(foe.read("nothing"))
-    assert (refusal.value.number, refusal.value.told) == (0x8001, "not here")
+    assert (refusal.value.number, refusal.value.text) == (0x8001, "not here")
     with pytest.raises(FoeRefusal, match="0x8002 access denied"):
         ours.do(foe.write("there", b"", 6))
     with pytest.raises(WrongAnswer, match="bytes at most"):

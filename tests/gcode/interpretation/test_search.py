@@ -39,31 +39,31 @@ def test_what_runs_on_the_way(dry_run: DryRun, kept: list[type]) -> None:
     assert [type(each) for each in found] == kept
     assert interpreter.state is RunState.FOUND
     assert interpreter.data.registers[1] == 1.0
-    assert interpreter.found is not None
-    assert interpreter.found.position == (10.0, 0.0, 0.0)
+    assert interpreter.search_result is not None
+    assert interpreter.search_result.position == (10.0, 0.0, 0.0)
     interpreter.go_ahead()
     assert [type(each) for each in interpreter][:2] == [ArcMove, LineMove]
 
 
 def test_the_rest_of_a_block() -> None:
     interpreter, _ = run(BlockSearch(SearchMode.BLOCK_NUMBER, 40, percent=50.0))
-    assert interpreter.found is not None
-    x, y, _ = interpreter.found.position
+    assert interpreter.search_result is not None
+    x, y, _ = interpreter.search_result.position
     assert (x, y) == pytest.approx((20.0 - 7.0710678 - 0.0, 7.0710678), abs=1e-6)
-    assert interpreter.found.remaining == 50.0
+    assert interpreter.search_result.remaining == 50.0
     interpreter.go_ahead()
     arc = next(iter(interpreter))
     assert isinstance(arc, ArcMove)
-    assert arc.start == interpreter.found.position
+    assert arc.start == interpreter.search_result.position
     assert arc.at(1.0) == pytest.approx((20.0, 10.0, 0.0))
 
 
 def test_by_counter_in_a_loop() -> None:
     text = "N10 G91 X1 F600\nN20 @620 R1\n@124 R1 K5 K-10\nM30"
     interpreter, _ = run(BlockSearch(SearchMode.ENTRY_COUNTER, 7), text)
-    assert interpreter.found is not None
-    assert interpreter.found.position == (2.0, 0.0, 0.0)
-    assert interpreter.found.origin.counter == 7
+    assert interpreter.search_result is not None
+    assert interpreter.search_result.position == (2.0, 0.0, 0.0)
+    assert interpreter.search_result.origin.counter == 7
 
 
 def test_a_block_that_never_runs() -> None:

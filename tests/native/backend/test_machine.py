@@ -119,7 +119,7 @@ def test_where_memory_may_not_be_executed_there_is_no_compiler(
     """LLVM does not see that it was refused: the first call ended the process."""
     content = compile_module("define i64 @one() { ret i64 1 }")
     monkeypatch.setattr(object_file, "_let_execute", lambda address, size: 13)
-    once = (object_file.memory_may_be_executed, machine._told_executable)
+    once = (object_file.memory_may_be_executed, machine._may_execute)
     for each in once:
         each.cache_clear()
     try:

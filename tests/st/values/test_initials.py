@@ -33,7 +33,7 @@ def value_of(text: str, type: IecType[Any]) -> tuple[object, list[int]]:
     value = values.value(type, initial)
     if value is not None:
         type.encode(value)
-    return value, [part.offset for part in values.left]
+    return value, [part.offset for part in values.remaining]
 
 
 LINE = ARRAY(INT, (1, 4))

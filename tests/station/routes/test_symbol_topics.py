@@ -77,7 +77,7 @@ def test_only_json_for_writable_symbols_is_written(messages: list[tuple[str, byt
             except (ValueError, RecursionError):
                 continue
     assert repr(device.values) == repr(wanted)
-    assert (bridge.written, bridge.refused) == (len(wanted), len(messages) - len(wanted))
+    assert (bridge.write_count, bridge.refused) == (len(wanted), len(messages) - len(wanted))
 
 
 class Flood:

@@ -130,7 +130,7 @@ async def follow(axis: NcAxis, errand: Errand, sample_time: float) -> Course:
             trace.add(first.filetime, axis.sample(first.value))
             verdict = await _started(axis, errand)
             before = samples.pending  # of a time at which the NC may not have known the command
-            while not verdict.done and verdict.trouble is None:
+            while not verdict.is_finished and verdict.trouble is None:
                 try:
                     sample = await anext(samples)
                 except asyncio.CancelledError:
@@ -146,7 +146,7 @@ async def follow(axis: NcAxis, errand: Errand, sample_time: float) -> Course:
                     await axis.remote.call("stop")
                 before -= 1
                 progress.show(seconds, values)
-        while verdict.done and trace.times[-1] < seconds + AFTERWARDS:
+        while verdict.is_finished and trace.times[-1] < seconds + AFTERWARDS:
             sample = await anext(samples)
             trace.add(sample.filetime, axis.sample(sample.value))
         took = seconds - verdict.began
@@ -159,7 +159,7 @@ class Judge:
     def __init__(self, axis: NcAxis, target: float = 0.0) -> None:
         self.axis = axis
         self.target = target
-        self.done = False
+        self.is_finished = False
         self.trouble: str | None = None
         self.over = False
         """True if its time is over: `follow` then stops the axis, and continues until it is at
@@ -222,11 +222,11 @@ class Verdict(Judge):
                 self.trouble = f"{self.axis}: {code}"
         elif state & StateBit.HAS_JOB:
             cruising = values["motion_state"] == MotionState.CONSTANT_VELOCITY
-            self.done = self.order.endless and cruising
+            self.is_finished = self.order.endless and cruising
         elif state & StateBit.HAS_BEEN_STOPPED:
             self.trouble = f"{self.axis}: stopped at {here}, before it was done"
         elif _in_window(values):
-            self.done = True
+            self.is_finished = True
         else:
             self._ended_at = min(self._ended_at, seconds)
             if seconds > self._ended_at + SETTLED_WITHIN:

@@ -153,7 +153,7 @@ class MasterObjects:
     def _diagnosis(self, slave: BusSlave) -> list[bytes]:
         return [
             (slave.state | 0x10 * slave.error).to_bytes(2, "little"),
-            int(slave.wanted).to_bytes(2, "little"),
+            int(slave.requested_state).to_bytes(2, "little"),
             slave.al_code.to_bytes(2, "little"),
             self._bus.state_bytes(slave)[1:],
             *((each & 0xFFFF_FFFF).to_bytes(4, "little") for each in slave.counters.errors),
@@ -166,7 +166,7 @@ class MasterObjects:
 
     def _scan(self) -> list[MasterValue]:
         status = _DONE_WITH_ANSWER * self._scanned
-        found = self._bus.master.supervision.found
+        found = self._bus.master.supervision.slave_count
         return [
             MasterValue(1, bytes(2)),
             MasterValue(2, bytes((status,))),

@@ -214,7 +214,7 @@ class ServedBus:
         """Slaves found by each adapter; all by the first while a ring is closed."""
         ring = self.master.redundancy
         if ring is None or ring.split is None:
-            return self.master.supervision.found, 0
+            return self.master.supervision.slave_count, 0
         return ring.reached[0], ring.reached[1]
 
     @property

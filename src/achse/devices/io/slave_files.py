@@ -163,7 +163,7 @@ class SlaveFiles:
             raise DeviceError(ReturnCode.INVALID_OFFSET, f"no file is open as {handle}")
         at = found.progress
         numbers = struct.pack("<4I", at.done, at.whole, at.busy_done, at.busy_whole)
-        return (numbers + at.told.encode("cp1252", "replace") + b"\0")[:length]
+        return (numbers + at.text.encode("cp1252", "replace") + b"\0")[:length]
 
     def _write(self, handle: int, length: int, data: bytes, client: bytes) -> bytes:
         file = self._file(handle, client, writes=True)

@@ -108,7 +108,7 @@ class BringUp:
     def _lead_once(self, slave: BusSlave, restart: AlState | None) -> Steps[None]:
         report = yield from acknowledge(slave.station)
         self._note(slave, report.state)
-        if report.state == slave.wanted == AlState.BOOT:
+        if report.state == slave.requested_state == AlState.BOOT:
             return
         known = report.state in tuple(UPWARD)
         state = AlState(report.state) if known else AlState.INIT
@@ -119,11 +119,11 @@ class BringUp:
             state = restart
         if restart is AlState.INIT or state is AlState.INIT:
             yield from self._clear(slave)
-        if slave.wanted is AlState.BOOT:
+        if slave.requested_state is AlState.BOOT:
             yield from self._boot(slave, state)
             return
-        while state is not slave.wanted:
-            target: AlState = slave.wanted
+        while state is not slave.requested_state:
+            target: AlState = slave.requested_state
             if target > state:
                 target = UPWARD[UPWARD.index(state) + 1]
             yield from self._prepare(slave, state, target)

@@ -102,7 +102,7 @@ class BusSlave:
         self.state = 0
         self.error = False
         self.al_code = 0
-        self.wanted = AlState.INIT
+        self.requested_state = AlState.INIT
         self.present = False
         self.mismatch = False
         self.failed_command = False

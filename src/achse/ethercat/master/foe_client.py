@@ -33,18 +33,18 @@ class FoeProgress:
     whole: int = 0
     busy_done: int = 0
     busy_whole: int = 0
-    told: str = ""
+    text: str = ""
 
 
 class FoeRefusal(BusError):
-    """The slave refused a file; `number` is its code, `told` its own words."""
+    """The slave refused a file; `number` is its code, `text` its own words."""
 
-    def __init__(self, station: int, name: str, number: int, told: str) -> None:
+    def __init__(self, station: int, name: str, number: int, text: str) -> None:
         known = {int(each): each.name.replace("_", " ").lower() for each in FoeError}
         why = known.get(number, "unknown code")
-        super().__init__(f"station {station}: {name}: 0x{number:04X} {why} {told}".rstrip())
+        super().__init__(f"station {station}: {name}: 0x{number:04X} {why} {text}".rstrip())
         self.number = number
-        self.told = told
+        self.text = text
 
 
 class FoeClient:
@@ -134,7 +134,7 @@ class FoeClient:
     ) -> Steps[int]:
         """The slave is busy: `part` has its done and whole. How often it was."""
         progress.busy_done, progress.busy_whole = part & 0xFFFF, part >> 16
-        progress.told = words.partition(b"\0")[0].decode("latin-1")
+        progress.text = words.partition(b"\0")[0].decode("latin-1")
         if busy >= _MOST_BUSY:
             raise WrongAnswer(f"{name}: busy for ever")
         yield Pause(_BUSY_NS)
@@ -158,4 +158,4 @@ class FoeClient:
 def _note(progress: FoeProgress, done: int) -> None:
     progress.done = done
     progress.busy_done = progress.busy_whole = 0
-    progress.told = ""
+    progress.text = ""

@@ -69,7 +69,7 @@ class Master:
             self.slaves, lambda steps, ended: self.traffic.start(steps, lambda job: ended())
         )
         """The network that slaves with EoE and this process share."""
-        self.wanted = AlState.INIT
+        self.requested_state = AlState.INIT
         self.redundancy = Redundancy() if bus.redundant else None
         """Of a ring: who hands frames over makes copies of them and takes copies by it."""
         bring_up = BringUp(bus, self.image, self._reached, self._clock_warning)
@@ -117,9 +117,9 @@ class Master:
     def request(self, state: AlState, slave: BusSlave | None = None) -> None:
         """Ask for a state of one slave or of all; a slave that has given up tries again."""
         if slave is None:
-            self.wanted = state
+            self.requested_state = state
         for each in self.slaves if slave is None else (slave,):
-            each.wanted = state
+            each.requested_state = state
             self.supervision.retry(each)
 
     def restart(self, slave: BusSlave) -> None:
@@ -143,7 +143,7 @@ class Master:
         """The lowest state of the slaves that have to be there; 0 if one does not answer."""
         return min(
             (each.state for each in self.slaves if each.present or not each.configuration.optional),
-            default=int(self.wanted),
+            default=int(self.requested_state),
         )
 
     @property

@@ -79,7 +79,7 @@ class Supervision:
         self.cyclic_on = False
         self.link = False
         """True if frames come back and pass a slave."""
-        self.found = 0
+        self.slave_count = 0
         """Slaves that frames pass, configured or not."""
         self.strangers: list[tuple[int, int, int, int]] = []
         """Identities of slaves found that are not in the configuration."""
@@ -185,14 +185,19 @@ class Supervision:
     def _wait_for_link(self) -> Steps[None]:
         while not self.link:
             try:
-                self.found = yield from count_slaves()
-                self.link = self.found > 0
+                self.slave_count = yield from count_slaves()
+                self.link = self.slave_count > 0
             except FrameLost:
                 pass
             if not self.link:
                 yield Pause(_RETRY_NS)
             else:
-                self._tell(BusEventKind.LINK_BACK, None, self.found, f"{self.found} slaves answer")
+                self._tell(
+                    BusEventKind.LINK_BACK,
+                    None,
+                    self.slave_count,
+                    f"{self.slave_count} slaves answer",
+                )
                 self._urgent = True
 
     # start
@@ -221,7 +226,7 @@ class Supervision:
                 slave = self.slaves[place]
                 yield from set_station(position, slave.station)
                 self._found(slave, facts[position])
-        self.found = count
+        self.slave_count = count
         self.link = True
         self._tell(BusEventKind.LINK_BACK, None, count, f"{count} slaves found")
         present = [each for each in self.slaves if each.present]
@@ -311,9 +316,9 @@ class Supervision:
             elif slave.present and slave.position not in self._leads:
                 self._judge(slave, data)
         yield from self._clock.update()
-        _, self.found = yield from broadcast_read(Register.AL_STATUS, 2)
+        _, self.slave_count = yield from broadcast_read(Register.AL_STATUS, 2)
         answering = sum(data is not None for data in reports)
-        if self.found > answering + len(self.strangers) or any(
+        if self.slave_count > answering + len(self.strangers) or any(
             data is not None and not slave.present
             for slave, data in zip(self.slaves, reports, strict=True)
         ):
@@ -353,7 +358,7 @@ class Supervision:
         report = report_of(data)
         before, failed = slave.state, slave.error
         slave.state, slave.error, slave.al_code = report
-        left = report.state != before and report.state != slave.wanted
+        left = report.state != before and report.state != slave.requested_state
         if left or (report.error and not failed):
             slave.abnormal_changes += left
             code = AlStatus.of(report.code)
@@ -366,7 +371,9 @@ class Supervision:
             )
             if left and code in _SYNC_CODES:
                 self._count_fall(slave)
-        if (report.error or report.state != slave.wanted) and slave.position not in self._given_up:
+        if (
+            report.error or report.state != slave.requested_state
+        ) and slave.position not in self._given_up:
             self._lead(slave)
 
     def _count_fall(self, slave: BusSlave) -> None:
@@ -380,7 +387,7 @@ class Supervision:
     def _fail(self, slave: BusSlave, trouble: str) -> None:
         self._given_up.add(slave.position)
         slave.last_trouble = trouble
-        text = f"{slave.name}: {slave.wanted.name} not reached: {trouble}"
+        text = f"{slave.name}: {slave.requested_state.name} not reached: {trouble}"
         self._tell(BusEventKind.STATE_FAILED, slave, slave.al_code, text)
 
     def _lead(self, slave: BusSlave, fresh: bool = False) -> None:
@@ -453,7 +460,7 @@ class Supervision:
 
     def _admit(self) -> Steps[None]:
         """Find the slaves that came: give them their addresses, lead them to their state."""
-        count = min(self.found, MAX_SLAVES)
+        count = min(self.slave_count, MAX_SLAVES)
         stations = yield from scattered_reads(
             [-position for position in range(count)], Register.STATION_ADDRESS, 2, _APRD
         )

@@ -125,7 +125,7 @@ class CutterCompensation:
         self.first, self.second, self.third = plane.axes
         self.feed_mode = feed_mode
         self.bottleneck = bottleneck
-        self.held: list[_Beside | ContourElement | Canonical] = []
+        self.pending: list[_Beside | ContourElement | Canonical] = []
         """In the order of the path: moved elements, moves of other axes, other commands."""
         self.at: PlanePoint | None = None
         """Position of the cutter's centre after all elements passed on."""
@@ -135,7 +135,7 @@ class CutterCompensation:
     @property
     def held_origin(self) -> Origin | None:
         """First block whose move is held back."""
-        for item in self.held:
+        for item in self.pending:
             if isinstance(item, _Beside):
                 return item.element.facts.origin
             if isinstance(item, ContourElement):
@@ -147,7 +147,7 @@ class CutterCompensation:
         if self._last() is None:
             yield command
         else:
-            self.held.append(command)
+            self.pending.append(command)
 
     def feed(self, element: ContourElement) -> Iterator[ContourElement | Canonical]:
         """The next element of the contour; gives those that are final now."""
@@ -162,7 +162,7 @@ class CutterCompensation:
                     NcError.TOOL_COMPENSATION_GEOMETRY,
                     "the line that selects G41 or G42 has to move the axes of the plane",
                 )
-            self.held.append(element)
+            self.pending.append(element)
             return
         beside = self._beside(element)
         if last is None:
@@ -175,7 +175,7 @@ class CutterCompensation:
         else:
             self.moved = True
             yield from self._join(last, beside)
-        self.held.append(beside)
+        self.pending.append(beside)
         yield from self._release()
 
     def finish(self) -> Iterator[ContourElement | Canonical]:
@@ -205,7 +205,7 @@ class CutterCompensation:
             if last.entry:
                 self._aim(last, following.at(0.0))
         elif turn < 0.0 or abs(turn) <= _NEAR:
-            self.held.append(self._corner(last, following, corner, turn, ahead))
+            self.pending.append(self._corner(last, following, corner, turn, ahead))
         elif last.entry:
             self._aim(last, following.at(0.0))
         else:
@@ -279,14 +279,14 @@ class CutterCompensation:
         line.start, line.full, line.finish = begin, length, length
         line.way = ((end[0] - begin[0]) / length, (end[1] - begin[1]) / length)
         line.corner = True
-        self.held.append(line)
+        self.pending.append(line)
 
     def _drop(self, last: _Beside) -> _Beside | None:
         """Leave out an element that does not fit; what is before it, if it is still held."""
-        self.held.remove(last)
+        self.pending.remove(last)
         before = self._last()
         while before is not None and before.corner:
-            self.held.remove(before)
+            self.pending.remove(before)
             before = self._last()
         if before is not None:
             before.finish = before.full
@@ -308,7 +308,7 @@ class CutterCompensation:
         neighbour."""
         if not self.bottleneck.active:
             return
-        final = [item for item in self.held if isinstance(item, _Beside)]
+        final = [item for item in self.pending if isinstance(item, _Beside)]
         if following is None and final:
             candidates, newest = final[:-2], final[-1]
         elif len(final) > 2:
@@ -325,10 +325,10 @@ class CutterCompensation:
                     yield self._notice(newest)
                     if self.bottleneck.mode is BottleneckMode.REPAIR:
                         older.finish, newest.begin = a, b
-                        first, last = self.held.index(older), self.held.index(newest)
-                        self.held[first + 1 : last] = [
+                        first, last = self.pending.index(older), self.pending.index(newest)
+                        self.pending[first + 1 : last] = [
                             item
-                            for item in self.held[first + 1 : last]
+                            for item in self.pending[first + 1 : last]
                             if not isinstance(item, _Beside)
                         ]
                     return
@@ -343,20 +343,20 @@ class CutterCompensation:
         keep = 0
         if not everything:
             keep = max(self.bottleneck.look_ahead, 1) + 1 if self.bottleneck.active else 1
-        count = sum(isinstance(item, _Beside) for item in self.held)
-        while self.held:
-            item = self.held[0]
+        count = sum(isinstance(item, _Beside) for item in self.pending)
+        while self.pending:
+            item = self.pending[0]
             if isinstance(item, _Beside):
                 if count <= keep:
                     return
                 count -= 1
-                del self.held[0]
+                del self.pending[0]
                 yield self._final(item)
             elif isinstance(item, ContourElement):
-                del self.held[0]
+                del self.pending[0]
                 yield self._upright(item)
             else:
-                del self.held[0]
+                del self.pending[0]
                 yield item
 
     def _final(self, beside: _Beside) -> ContourElement:
@@ -404,7 +404,7 @@ class CutterCompensation:
     # geometry
 
     def _last(self) -> _Beside | None:
-        for item in reversed(self.held):
+        for item in reversed(self.pending):
             if isinstance(item, _Beside):
                 return item
         return None

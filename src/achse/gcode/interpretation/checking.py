@@ -168,12 +168,12 @@ def dry_run(
                 if run.stop is not None and run.stop.kind is StopKind.READ_POSITIONS:
                     watch.forget()
                 run.go_ahead(axes)
-            elif run.state is not RunState.RUNNING or run.blocks >= blocks or watch.found:
+            elif run.state is not RunState.RUNNING or run.blocks >= blocks or watch.endless_jump:
                 break
-            if run.blocks >= blocks or watch.found:
+            if run.blocks >= blocks or watch.endless_jump:
                 break
     except GcodeError as error:
         report.errors.append(error)
-    report.blocks, report.loop = run.blocks, watch.found
+    report.blocks, report.loop = run.blocks, watch.endless_jump
     report.ended = run.state is RunState.ENDED
     return report

@@ -51,7 +51,7 @@ class LoopWatch:
     """
 
     def __init__(self) -> None:
-        self.found: tuple[str, int, int] | None = None
+        self.endless_jump: tuple[str, int, int] | None = None
         """Name of the program, the line that jumps back and the line it goes to, from 1."""
         self._reference: object = None
         self._power, self._jumps = 1, 0
@@ -68,7 +68,7 @@ class LoopWatch:
             (registers.own, registers.shared, registers.stack),
         )
         if now == self._reference:
-            self.found = (flow.place.program.name, line + 1, target + 1)
+            self.endless_jump = (flow.place.program.name, line + 1, target + 1)
         self._jumps += 1
         if self._jumps == self._power:
             own = [list(each) for each in now[1]]

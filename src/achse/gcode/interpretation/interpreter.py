@@ -107,7 +107,7 @@ class Interpreter:
         """First block that cutter compensation held back as the last block began to run."""
         self.left_out: Set[tuple[int, str, int]] = frozenset()
         """Blocks that do not run: their counters, and file and line as in `Origin`."""
-        self.found: SearchFound | None = None
+        self.search_result: SearchFound | None = None
         self._search: BlockSearch | None = None
         self._ready: deque[Canonical] = deque()
         self._data_version = (-1, -1)
@@ -267,10 +267,10 @@ class Interpreter:
     def _hand_out(self, commands: list[Canonical], origin: Origin) -> None:
         """Commands of a block, or what a block search leaves of them."""
         search = self._search
-        if search is not None and self.found is None:
+        if search is not None and self.search_result is None:
             ended = self.state is RunState.ENDED
-            self.found = search.take(commands, origin, self.path.axes)
-            if self.found is not None:
+            self.search_result = search.take(commands, origin, self.path.axes)
+            if self.search_result is not None:
                 self.state = RunState.FOUND
                 return
             if ended:

@@ -202,7 +202,7 @@ class ProgramChannel(ProgramStates):
         if event is not _E.RETRY:
             self._skipped.clear()
         self.interpreter.left_out = self._skipped
-        self.found = self.fault = None
+        self.search_result = self.fault = None
         self.error_code = OK
         if self.search_wanted is not None:
             self.interpreter.search(self.search_wanted)
@@ -233,7 +233,7 @@ class ProgramChannel(ProgramStates):
         self.fault = self._planned_path = None
         self.outputs.clear()
         self.outputs.drop()
-        self.search_wanted = self.found = None
+        self.search_wanted = self.search_result = None
         code = super().reset()
         self.wait(_W.RESET)
         if self._rests:

@@ -80,7 +80,7 @@ class ProgramRun:
 
     def step_on(self) -> int:
         """Go on with the found block: 0x4171 if the axes are elsewhere, 0x4109 without one."""
-        group, found = self._group, self._channel.found
+        group, found = self._group, self._channel.search_result
         if self._channel.state is not InterpreterState.SEARCHING or found is None:
             return NcError.CHANNEL_COMMAND_NOT_NOW
         for axis, place in zip(group.places, found.position, strict=False):
@@ -202,7 +202,7 @@ class ProgramRun:
         if interpreter.state is not RunState.FOUND:
             self._show_single_block()
             return
-        channel.found = interpreter.found
+        channel.search_result = interpreter.search_result
         channel.wait(_W.FOUND_BLOCK)
         if self._steps_on:
             self._steps_on = False
@@ -216,7 +216,7 @@ class ProgramRun:
     def _step_on_or_wait(self) -> None:
         """Go on with a retry or skip, or log the place to which the axes have to be brought."""
         channel = self._channel
-        code, found = self.step_on(), channel.found
+        code, found = self.step_on(), channel.search_result
         if code and found is not None:
             log.warning(
                 "channel %d: waiting at %s (0x%04X): expected axes at %s, they are at %s; "

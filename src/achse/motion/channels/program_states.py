@@ -43,7 +43,7 @@ class ProgramStates(NcChannel):
         self.program: PartProgram | None = None
         self.interpreter: Interpreter | None = None
         self.feeder: Feeder | None = None
-        self.found: SearchFound | None = None
+        self.search_result: SearchFound | None = None
         self.fault: ProgramFault | None = None
         """The fault that ended the program, until a start or reset."""
         self.default_g_code = 0
@@ -93,8 +93,8 @@ class ProgramStates(NcChannel):
     @property
     def path_origin(self) -> Origin | None:
         """The block that the path is on, or at which the program waits or has failed."""
-        if self.found is not None and self.state is InterpreterState.SEARCHING:
-            return self.found.origin
+        if self.search_result is not None and self.state is InterpreterState.SEARCHING:
+            return self.search_result.origin
         if self.feeder is not None:
             return self.feeder.origin
         return None if self.fault is None else self.fault.origin
@@ -102,7 +102,7 @@ class ProgramStates(NcChannel):
     @property
     def place(self) -> StoppedPlace | None:
         """The found block at which the program waits, or the block at fault; None elsewhere."""
-        found, fault = self.found, self.fault
+        found, fault = self.search_result, self.fault
         if found is not None and self.state is InterpreterState.SEARCHING:
             return StoppedPlace(PlaceKind.FOUND, found.origin, found.position)
         return None if fault is None else StoppedPlace(PlaceKind.FAULT, fault.origin, fault.stopped)

@@ -84,7 +84,7 @@ class ExpressionWriter:
         self.bases: set[tuple[str, int]] = set()
         """Index bases that are needed: `t2` is the instance's address in units of 2 bytes."""
         self._temporaries = 0
-        self.kept: dict[int, CodeExpression] = {}
+        self.temporaries: dict[int, CodeExpression] = {}
         """Temporaries of the lowered form."""
 
     def temporary(self) -> str:
@@ -136,7 +136,7 @@ class ExpressionWriter:
     def keep(self, temporary: nodes.Temporary) -> str:
         """The Python variable that a temporary is."""
         name = self.temporary()
-        self.kept[temporary.number] = ranged(name, temporary.type)
+        self.temporaries[temporary.number] = ranged(name, temporary.type)
         return name
 
     def known(self, value: Known) -> CodeExpression:
@@ -158,7 +158,7 @@ class ExpressionWriter:
         """A value that is needed again."""
         piece = self.exact_value(value.value)
         if value.is_repeatable:
-            self.kept[value.temporary.number] = piece
+            self.temporaries[value.temporary.number] = piece
             return piece
         return CodeExpression(
             f"({self.keep(value.temporary)} := {piece.text})", ATOM, piece.low, piece.high
@@ -193,7 +193,7 @@ class ExpressionWriter:
 
     def condition_bit(self, value: nodes.ConditionBit) -> CodeExpression:
         """A condition, which is a bit of a vector, too."""
-        name, text = self.kept[value.vector.number].text, self.value(value.value).text
+        name, text = self.temporaries[value.vector.number].text, self.value(value.value).text
         return CodeExpression(f"(({name} := {name} | {1 << value.bit}) > 0 if {text} else False)")
 
     def count_vector(self, value: nodes.CountVector) -> CodeExpression:
@@ -225,7 +225,7 @@ class ExpressionWriter:
         """The Python variable that the results are in, and the call."""
         text, name = self._call_text(call), self.temporary()
         for number, output in enumerate(call.outputs):
-            self.kept[output.number] = ranged(f"{name}[{number}]", output.type)
+            self.temporaries[output.number] = ranged(f"{name}[{number}]", output.type)
         return name, text
 
     def _call_text(self, call: nodes.RoutineCall) -> str:
@@ -473,7 +473,7 @@ def _bitwise(
 
 _WRITERS: dict[type[Any], Callable[[ExpressionWriter, Any], CodeExpression]] = {
     Known: ExpressionWriter.known,
-    nodes.Temporary: lambda of, value: of.kept[value.number],
+    nodes.Temporary: lambda of, value: of.temporaries[value.number],
     nodes.Keep: ExpressionWriter.keeping,
     nodes.LoadValue: lambda of, value: of.storages.read(value.place, spends=value.spends),
     nodes.PlaceAddress: lambda of, value: of.storages.address(value.place),

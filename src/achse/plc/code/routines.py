@@ -31,7 +31,7 @@ def emit_routine(routine: Routine, linker: Linker) -> list[SourceLine]:
     low = lowered(linker.project, routine, all_in_memory=linker.probe is not None)
     of = ExpressionWriter(linker)
     for parameter, passed in low.parameters:
-        of.kept[passed.number] = ranged(local_name(parameter), passed.type)
+        of.temporaries[passed.number] = ranged(local_name(parameter), passed.type)
     body = SourceLines(routine.at, 2 if low.is_framed else 1)
     statements = StatementWriter(low, of, body)
     statements.list_of(low.body)

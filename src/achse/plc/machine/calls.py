@@ -74,7 +74,7 @@ class CallTranslator:
             parts = zip(signature.outputs, places, strict=True)
             values = (given, *[self._read(*part) for part in parts])
             for output, value in zip(call.outputs, values, strict=True):
-                of.kept[output.number] = value
+                of.temporaries[output.number] = value
         return given
 
     def _inputs(self, signature: RoutineSignature, call: RoutineCall) -> list[Operand]:

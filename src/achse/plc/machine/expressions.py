@@ -89,7 +89,7 @@ class ExpressionTranslator:
         self.outside = OutsideTranslator(self)
         self.reals = RealTranslator(self)
         self._texts = TextTranslator(self)
-        self.kept: dict[int, MachineValue] = {}
+        self.temporaries: dict[int, MachineValue] = {}
         """Values of temporaries."""
         self._vectors: dict[int, LocalVariable] = {}
         """Vectors of decisions, by their temporaries."""
@@ -199,7 +199,7 @@ class ExpressionTranslator:
     def keep(self, value: nodes.Keep) -> MachineValue:
         """A value that is needed again."""
         kept = self.steady(self.value(value.value), value.type)
-        self.kept[value.temporary.number] = kept
+        self.temporaries[value.temporary.number] = kept
         return kept
 
     def address(self, value: nodes.PlaceAddress) -> Operand:
@@ -490,7 +490,7 @@ _SHIFTS: dict[Operator, Callable[[FunctionBuilder], Callable[..., Operand]]] = {
 
 _TRANSLATIONS: dict[type[Any], Callable[[ExpressionTranslator, Any], MachineValue]] = {
     Known: ExpressionTranslator.known,
-    nodes.Temporary: lambda of, value: of.kept[value.number],
+    nodes.Temporary: lambda of, value: of.temporaries[value.number],
     nodes.Keep: ExpressionTranslator.keep,
     nodes.LoadValue: lambda of, value: of.storages.read(value.place, spends=value.spends),
     nodes.PlaceAddress: ExpressionTranslator.address,

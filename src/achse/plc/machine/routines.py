@@ -66,7 +66,7 @@ class _RoutineTranslator:
         for part, temporary in zip(self._signature.inputs, passed, strict=True):
             width = 2 if part.kind is PartKind.TEXT else 1
             words = [parameters.pop(0) for _ in range(width)]
-            self._of.kept[temporary.number] = _as_value(words, part.type)
+            self._of.temporaries[temporary.number] = _as_value(words, part.type)
         self._rooms = parameters
 
     def write(self) -> None:

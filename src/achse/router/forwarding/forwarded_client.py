@@ -38,8 +38,20 @@ class ForwardedClient:
     """A client: its connection, its source address, and what it holds at the targets."""
 
     __slots__ = (
-        "alias", "client", "exchanges", "gone", "handles", "listed", "load", "recipes",
-        "registered", "releasing", "resources", "restored_from", "source", "subscribed",
+        "alias",
+        "client",
+        "exchanges",
+        "handles",
+        "is_disconnected",
+        "listed",
+        "load",
+        "recipes",
+        "registered",
+        "releasing",
+        "resources",
+        "restored_from",
+        "source",
+        "subscribed",
     )  # fmt: skip
 
     def __init__(
@@ -76,7 +88,7 @@ class ForwardedClient:
         """True once it had a subscription: samples may come after the answer to its end."""
         self.listed = False
         """True while it is in the list of those that may be forgotten when they are idle."""
-        self.gone = False
+        self.is_disconnected = False
         """True once its connection or its port is closed."""
 
     @property

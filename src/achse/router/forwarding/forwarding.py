@@ -102,7 +102,7 @@ class Forwarding:
     @property
     def clients(self) -> Iterator[ForwardedClient]:
         """Sessions of clients that are there."""
-        return (each for each in self._sessions if not each.gone)
+        return (each for each in self._sessions if not each.is_disconnected)
 
     @property
     def resources(self) -> Iterator[tuple[ForwardedClient, Resource]]:
@@ -275,7 +275,7 @@ class Forwarding:
             return True
         if frame.flags & 1 and self._settle(session, frame):
             return False
-        if session.gone:
+        if session.is_disconnected:
             return False
         if session.handles is not None and frame.command == Command.NOTIFICATION:
             frame.data = session.handles.samples(frame.source, frame.data)
@@ -322,13 +322,13 @@ class Forwarding:
         if recipe and memory is not None and memory.applies(session.client, session.source):
             session.recipes[resource] = recipe
             self._note_version(session, resource.target)
-        if session.gone:
+        if session.is_disconnected:
             self._give_back(session)
 
     def _note_version(self, session: ForwardedClient, target: bytes) -> None:
         """Read the symbol version of a device, once."""
         memory, target = self._memory, bytes(target)
-        if memory is None or target in self._versions or session.gone:
+        if memory is None or target in self._versions or session.is_disconnected:
             return
         self._versions.add(target)
         memory.versions.setdefault(target, _UNKNOWN)
@@ -381,7 +381,7 @@ class Forwarding:
 
     def _leave(self, session: ForwardedClient) -> None:
         self._sessions.forget(session)
-        session.gone = True
+        session.is_disconnected = True
         for exchange in session.exchanges.values():
             exchange.live = False
         self._give_back(session)
@@ -429,7 +429,7 @@ class Forwarding:
 
         def ended(success: bool) -> None:
             self._restorations.remove(work)
-            if not success and not new.gone:
+            if not success and not new.is_disconnected:
                 self._leave(new)
             done(success)
 
@@ -457,7 +457,7 @@ class Forwarding:
         Return the sessions that had resources at its far end, and the answer `code`, if there is
         one, to each request that is unanswered.
         """
-        lost = [each for each in self._sessions if each.holds and not each.gone]
+        lost = [each for each in self._sessions if each.holds and not each.is_disconnected]
         answers = self.requests.end(code)
         self.windows.clear()
         self._sessions.clear()

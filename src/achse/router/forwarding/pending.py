@@ -71,7 +71,7 @@ class PendingRequest:
     def refuse(self, target: bytes, invoke_id: int, code: ReturnCode) -> Frame | None:
         """The answer `code` to the client; None if it is gone."""
         session = self.session
-        if session.gone:
+        if session.is_disconnected:
             return None
         head = (target, session.source, self.command, self.flags)
         answer = Frame(*head, 0, invoke_id).reply(error=code.number)

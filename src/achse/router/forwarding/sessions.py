@@ -129,7 +129,7 @@ class Sessions:
         """Keep a session that is idle for a while; its alias is free once it is gone."""
         if not session.idle:
             return
-        if session.gone:
+        if session.is_disconnected:
             if session.subscribed:
                 self._later(lambda: self._free(session))
             else:

@@ -126,7 +126,7 @@ class ExpressionChecker:
         """As `meaning`, but a name of a type that is one of a function too is the type."""
         found = self.meaning(tree)
         if isinstance(found, BuiltinName):
-            type = self._body.checking.names.given.find(found.name, tree.at)
+            type = self._body.checking.names.predefined.find(found.name, tree.at)
             if type is not None:
                 return TypeName(type, None, found.name, tree.at)
         return found

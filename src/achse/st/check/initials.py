@@ -193,7 +193,7 @@ class Initials:
                     )
                 yield from self._values(place, member.type, item.value, all_of_it)
                 continue
-            if body.checking.names.given.has_property(type.name, item.name):
+            if body.checking.names.predefined.has_property(type.name, item.name):
                 continue  # of a library whose code is not here: there is no SET to call
             whole = read(storage, type, item.at)
             found = body.paths.member_of(whole, item.name, item.at)

@@ -96,7 +96,7 @@ class NameResolver:
         if is_builtin(name):
             body.checking.plain_names[space, key] = name.upper()
             return BuiltinName(name.upper(), at)
-        type = self._names.given.find(name, at)
+        type = self._names.predefined.find(name, at)
         return None if type is None else TypeName(type, None, name, at)
 
     def _unit(self, name: str, space: str) -> DeclaredUnit | None:

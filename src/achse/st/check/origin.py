@@ -25,7 +25,7 @@ def origin_of(
     found.update(" ".join(f"{name}:{entry.at}" for name, entry in entries.items()).encode())
     for owner, name, value in names.constants.known():
         found.update(f"{owner} {name} {value!r}\0".encode("utf-8", "surrogatepass"))
-    for name, type in names.given.handed_in.items():
+    for name, type in names.predefined.handed_in.items():
         found.update(f"{name} {type.name} {type.guid!r}\0".encode())
     for unit in given:
         record = unit.__iec__

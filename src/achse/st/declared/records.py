@@ -353,7 +353,7 @@ class Records:
         self, type: IecType[Any], tree: Initial, scope: Scope
     ) -> tuple[object, list[Left]]:
         """The initial value, and the parts of it that are not constants."""
-        scopes, given = self._types.scopes, self._types.given
+        scopes, given = self._types.scopes, self._types.predefined
         values = InitialValues(
             self._types.constants.evaluator(scope),
             lambda block, name: scopes.has_property(block, name) or given.has_property(block, name),
@@ -361,7 +361,7 @@ class Records:
         value = values.value(type, tree)
         if value is not None:
             self._types.scopes.made(lambda: type.encode(value), tree.at)
-        return value, values.left
+        return value, values.remaining
 
 
 def _instance_name(method: str, variable: str, block: str = "") -> str:

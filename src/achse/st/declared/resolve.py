@@ -89,8 +89,8 @@ class Resolver:
         references: References | None = None,
     ) -> None:
         self.scopes = Scopes(references)
-        self.given = GivenTypes(types, rules.pointer_size, further)
-        self.constants = NamedConstants(self.scopes, self, self.given, constants)
+        self.predefined = GivenTypes(types, rules.pointer_size, further)
+        self.constants = NamedConstants(self.scopes, self, self.predefined, constants)
         self.rules = rules
         self.config_addresses: dict[str, tuple[DirectAddress, Source]] = {}
         """Addresses that VAR_CONFIG gives, by `main.nspeed`, until their variable takes them."""
@@ -175,8 +175,8 @@ class Resolver:
 
     def _found(self, spec: NamedType, scope: Scope) -> IecType[Any]:
         entry = self.scopes.find(spec.name, scope.space)
-        if entry is None or (entry.is_library and spec.name in self.given):
-            found = self.given.find(spec.name, spec.at)
+        if entry is None or (entry.is_library and spec.name in self.predefined):
+            found = self.predefined.find(spec.name, spec.at)
             if found is None:
                 raise self._unknown(spec)
             if spec.generics:
@@ -194,7 +194,7 @@ class Resolver:
             spec.name, [item.name for item in self.scopes.entries.values()], 1, 0.8
         )
         meant = "".join(f"; near: {name}" for name in near)
-        files = ", ".join(self.given.files)
+        files = ", ".join(self.predefined.files)
         where = f", in the sources or in {files}" if files else ""
         return Unexpected(
             spec.at, f"no type is named '{spec.name[:80]}'{where}{meant}", Code.UNKNOWN_TYPE

@@ -139,7 +139,7 @@ class Meanings:
         return self._is_other_by_name[key]
 
     def _is_without_source(self, spec: NamedType) -> bool:
-        given = self._names.given
+        given = self._names.predefined
         found = given.find(spec.name, spec.at)
         name = spec.name.rpartition(".")[2]
         if spec.name in given or name in given:
@@ -189,7 +189,7 @@ class Meanings:
             block = self._blocks.get(key)
             self.types[key].is_required = block is not None and block.kind is RecordKind.STRUCT
             if key in self._blocks or key in self._opaque:
-                self.types[key].signature = self._names.given.signature(spec.name)
+                self.types[key].signature = self._names.predefined.signature(spec.name)
         use = self.types[key]
         use.library = use.library or space
         return use
@@ -269,8 +269,8 @@ class Meanings:
             if (
                 key in self._scopes.loose_values
                 or is_standard(name.upper())
-                or self._names.given.find(name, 0) is not None
-                or self._names.given.values(key)
+                or self._names.predefined.find(name, 0) is not None
+                or self._names.predefined.values(key)
                 or self._names.constants.is_given(key)
             ):
                 return True, None
@@ -408,13 +408,13 @@ class Meanings:
             if member.type or member.result or signature.extends in seen:
                 return
             seen.add(signature.extends)
-            signature = self._names.given.signature(signature.extends)
+            signature = self._names.predefined.signature(signature.extends)
 
     def _part(self, name: str, text: str) -> MissingUse:
         """A value whose type a symbol file has, as text."""
         found = None
         if _IDENTIFIER.fullmatch(text):
-            found = self._names.given.find(text, 0)
+            found = self._names.predefined.find(text, 0)
         inner = None if found is None else resolved(found)
         return MissingUse(
             name,

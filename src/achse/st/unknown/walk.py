@@ -363,7 +363,9 @@ class MissingNames:
         elif isinstance(tree, While | RepeatUntil):
             self._note_use(self.meanings.of(tree.condition, scope), "BOOL")
         elif isinstance(tree, For):
-            self._note_use(self.meanings.of(tree.last, scope), self.meanings.text(tree.variable, scope))
+            self._note_use(
+                self.meanings.of(tree.last, scope), self.meanings.text(tree.variable, scope)
+            )
         elif isinstance(tree, Case):
             labels = [label for choice in tree.choices for label in choice.labels]
             for label in labels:

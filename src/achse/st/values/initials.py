@@ -62,7 +62,7 @@ class InitialValues:
     def __init__(self, evaluator: Evaluator, has_property: Callable[[str, str], bool]) -> None:
         self._evaluator = evaluator
         self._has_property = has_property
-        self.left: list[Left] = []
+        self.remaining: list[Left] = []
 
     def value(self, type: IecType[Any], initial: Initial) -> object:
         """The value, or None if nothing of it is constant. Raises `Unexpected`."""
@@ -89,7 +89,7 @@ class InitialValues:
         try:
             constant = self._evaluator.value(initial)
         except NotConstant:
-            self.left.append(Left(type, offset, bit, initial))
+            self.remaining.append(Left(type, offset, bit, initial))
             return _LEFT
         return fitted(constant, type, initial.at)
 
@@ -104,7 +104,9 @@ class InitialValues:
                 if not self._has_property(type.name, item.name):
                     raise Unexpected(item.at, str(error), Code.BAD_INITIAL_VALUE) from None
                 # SET would have to run.
-                self.left.append(Left(type, offset, None, Call(Name(item.name, item.at), (), 0)))
+                self.remaining.append(
+                    Left(type, offset, None, Call(Name(item.name, item.at), (), 0))
+                )
                 continue
             if member.name in values:
                 raise Unexpected(item.at, f"{item.name} has two values", Code.BAD_INITIAL_VALUE)
@@ -176,13 +178,13 @@ class InitialValues:
                     f"{type.name} has {type.count} elements, got more",
                     Code.BAD_INITIAL_VALUE,
                 )
-            known, size = len(self.left), type.element.size
+            known, size = len(self.remaining), type.element.size
             found = [
                 self._value(type.element, value, offset + position * size)
                 for position, value in enumerate(values, len(flat))
             ] or [_LEFT]
-            once = self.left[known:]
-            self.left[known:] = [
+            once = self.remaining[known:]
+            self.remaining[known:] = [
                 part._replace(offset=part.offset + number * len(found) * size)
                 for number in range(times)
                 for part in once

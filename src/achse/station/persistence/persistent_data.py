@@ -81,7 +81,9 @@ class PersistentData:
                 "%s cannot be read, no axis knows its position: %s", file.path, failure.strerror
             )
         except (ValueError, AttributeError, KeyError, TypeError, RecursionError) as fault:
-            log.warning("%s is damaged, no axis knows its position: %s", file.path, _error_text(fault))
+            log.warning(
+                "%s is damaged, no axis knows its position: %s", file.path, _error_text(fault)
+            )
             self._damaged = True
         return PersistentValues()
 

@@ -75,7 +75,7 @@ class _Reader:
     """Handlers of the parser."""
 
     def __init__(self) -> None:
-        self.found = UnitDescription()
+        self.description = UnitDescription()
         self._place: list[str] = []
         self._scalar: Mapping[str, str] | None = None
         """Attributes of the ScalarVariable of FMI 2.0 around its type."""
@@ -89,7 +89,7 @@ class _Reader:
         place.append(tag)
         if len(place) > _DEEPEST:
             raise PlantError(f"modelDescription.xml: elements nest deeper than {_DEEPEST}")
-        found = self.found
+        found = self.description
         if len(place) == 1:
             version = attributes.get("fmiVersion", "")
             if tag != "fmiModelDescription" or version[:2] not in ("2.", "3."):
@@ -117,11 +117,11 @@ class _Reader:
         name, reference = attributes.get("name", ""), attributes.get("valueReference", "")
         if not (reference.isascii() and reference.isdecimal() and int(reference) < 1 << 32):
             raise PlantError(f"{name!r:.80}: expected a value reference, got {reference!r:.40}")
-        if len(self.found.variables) >= _MOST_VARIABLES:
+        if len(self.description.variables) >= _MOST_VARIABLES:
             raise PlantError(f"variables: expected at most {_MOST_VARIABLES}")
         causality = attributes.get("causality", "local")
         self._last = PlantVariable(name, int(reference), type, causality)
-        self.found.variables[name] = self._last
+        self.description.variables[name] = self._last
 
 
 def read_description(data: bytes) -> UnitDescription:
@@ -135,9 +135,9 @@ def read_description(data: bytes) -> UnitDescription:
         parser.Parse(data, True)
     except expat.ExpatError as failure:
         raise PlantError(f"modelDescription.xml: {failure}") from None
-    if not _IDENTIFIER.fullmatch(reader.found.identifier):
+    if not _IDENTIFIER.fullmatch(reader.description.identifier):
         raise PlantError(
             "expected a unit for co-simulation with an identifier, got"
-            f" {reader.found.identifier!r:.80}"
+            f" {reader.description.identifier!r:.80}"
         )
-    return reader.found
+    return reader.description

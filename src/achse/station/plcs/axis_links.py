@@ -233,27 +233,27 @@ class _Places:
         self.owners = {
             (port, each.owner.casefold()): each for (port, _), each in self.there.items()
         }
-        self.wanted: dict[int, dict[str, Axis]] = {port: {} for port in plcs}
-        self.taken: dict[tuple[int, str], str] = {}
+        self.axes_by_port: dict[int, dict[str, Axis]] = {port: {} for port in plcs}
+        self.used_by: dict[tuple[int, str], str] = {}
         """Structures with the axis they belong to."""
 
     def link(self, port: int, name: str, config: AxisConfig, key: str) -> None:
         """A structure, or both of an AXIS_REF. Raises ConfigError for one of another axis."""
         for (at, variable), each in self.there.items():
             if at == port and name in (variable, each.owner.casefold()):
-                if (at, variable) in self.taken:
-                    other = self.taken[at, variable]
+                if (at, variable) in self.used_by:
+                    other = self.used_by[at, variable]
                     raise ConfigError(f"{key}: {each.name} is linked to {other} already")
-                self.taken[at, variable] = f"axis {config.name}"
-        self.wanted[port][name] = self.nc.axis(config.id)
+                self.used_by[at, variable] = f"axis {config.name}"
+        self.axes_by_port[port][name] = self.nc.axis(config.id)
 
     def free(self) -> list[tuple[int, AxisVariable]]:
         """Structures that belong to no axis."""
-        return [(key[0], each) for key, each in self.there.items() if key not in self.taken]
+        return [(key[0], each) for key, each in self.there.items() if key not in self.used_by]
 
     def free_owners(self) -> dict[tuple[int, str], AxisVariable]:
         """AXIS_REFs of which nothing belongs to an axis."""
-        held = {(key[0], self.there[key].owner.casefold()) for key in self.taken}
+        held = {(key[0], self.there[key].owner.casefold()) for key in self.used_by}
         return {
             key: each
             for key, each in self.owners.items()
@@ -284,7 +284,9 @@ def link_axes(
     linked = _link_mapped(places, others, mapped or {})
     _link_by_name(places, [config for config in others if config.id not in linked], len(axes))
     _tell_free(places)
-    return {port: AxisLinks(plcs[port], names) for port, names in places.wanted.items() if names}
+    return {
+        port: AxisLinks(plcs[port], names) for port, names in places.axes_by_port.items() if names
+    }
 
 
 def _link_mapped(
@@ -299,7 +301,7 @@ def _link_mapped(
         for mapping in mappings:
             name = mapping.variable.casefold()
             config = by_name.get(mapping.axis.casefold()) or by_id.get(mapping.axis_id)
-            if config is None or (port, name) not in places.there or (port, name) in places.taken:
+            if config is None or (port, name) not in places.there or (port, name) in places.used_by:
                 continue
             places.link(port, name, config, mapping.variable)
             linked.add(config.id)
@@ -314,14 +316,18 @@ def _link_by_name(places: _Places, axes: Sequence[AxisConfig], count: int) -> No
     free = places.free_owners()
     for (port, owner), each in free.items():
         config = named.pop(owner, None) or named.pop(owner.rpartition(".")[2], None)
-        if config is None and count == len(free) == len(named) == 1 and not places.taken:
+        if config is None and count == len(free) == len(named) == 1 and not places.used_by:
             config = named.popitem()[1]
         if config is not None:
             log.info("axis %s is linked to %s of PLC %d", config.name, each.owner, port)
             places.link(port, owner, config, each.owner)
     loose = [] if free else places.free()
     ways = [each.to_plc for _, each in loose]
-    if count == len(named) == 1 and not places.taken and max(map(ways.count, ways), default=0) == 1:
+    if (
+        count == len(named) == 1
+        and not places.used_by
+        and max(map(ways.count, ways), default=0) == 1
+    ):
         (config,) = named.values()
         for port, each in loose:
             log.info("axis %s is linked to %s of PLC %d", config.name, each.name, port)

@@ -84,7 +84,7 @@ class _Shows:
 class _Takes:
     """A structure that goes to a channel."""
 
-    __slots__ = ("bytes", "channel", "given", "last", "layout", "nothing", "region")
+    __slots__ = ("bytes", "channel", "last", "layout", "nothing", "region", "requested")
 
     def __init__(self, channel: NcChannel, at: ChannelVariable, region: Region) -> None:
         older = at.size >= PLC_TO_CHANNEL_TC2.size
@@ -94,18 +94,18 @@ class _Takes:
         self.bytes = slice(at.offset, at.offset + size)
         self.nothing = bytes(size)
         self.last: bytes | bytearray = b""
-        self.given = ChannelFromPlc()
+        self.requested = ChannelFromPlc()
 
     def take(self, data: bytes | bytearray) -> None:
         """Hand on what the program wants; again where somebody else changed it meanwhile."""
         if data != self.last:
-            before = self.given
+            before = self.requested
             decoded = self.layout.decode(bytes(data).ljust(self.layout.size, b"\0"))
-            self.given = decoded.in_range
+            self.requested = decoded.in_range
             self.last = bytes(data)
-            if self.given.operation_mode != before.operation_mode:
-                self._set_mode(self.given.operation_mode)
-        given, channel = self.given, self.channel
+            if self.requested.operation_mode != before.operation_mode:
+                self._set_mode(self.requested.operation_mode)
+        given, channel = self.requested, self.channel
         if channel.override != given.override:
             channel.override = given.override
         channel.spindle_override = given.spindle_override
@@ -176,20 +176,22 @@ class _Structures:
             for port, plc in plcs.items()
             for each in channel_variables(plc.variables)
         }
-        self.wanted: dict[int, dict[str, NcChannel]] = {port: {} for port in plcs}
-        self.taken: dict[tuple[int, str], str] = {}
+        self.channels_by_port: dict[int, dict[str, NcChannel]] = {port: {} for port in plcs}
+        self.used_by: dict[tuple[int, str], str] = {}
 
     def link(self, port: int, name: str, config: ChannelConfig, key: str) -> None:
         """One structure. Raises ConfigError if it belongs to another channel."""
         at = port, name
-        if at in self.taken:
-            raise ConfigError(f"{key}: {self.there[at].name} is linked to {self.taken[at]} already")
-        self.taken[at] = f"channel {config.id}"
-        self.wanted[port][name] = self.nc.channels.channel(config.id)
+        if at in self.used_by:
+            raise ConfigError(
+                f"{key}: {self.there[at].name} is linked to {self.used_by[at]} already"
+            )
+        self.used_by[at] = f"channel {config.id}"
+        self.channels_by_port[port][name] = self.nc.channels.channel(config.id)
 
     def free(self) -> list[tuple[int, ChannelVariable]]:
         """Structures that belong to no channel."""
-        return [(key[0], each) for key, each in self.there.items() if key not in self.taken]
+        return [(key[0], each) for key, each in self.there.items() if key not in self.used_by]
 
 
 def link_channels(
@@ -213,7 +215,7 @@ def link_channels(
     _link_mapped(places, [config for config in channels if not config.plc], mapped or {})
     free = places.free()
     ways = [each.to_plc for _, each in free]
-    alone = len(channels) == 1 and not places.taken
+    alone = len(channels) == 1 and not places.used_by
     if alone and max(map(ways.count, ways), default=0) == 1:
         for port, each in free:
             log.info("channel %d is linked to %s of PLC %d", channels[0].id, each.name, port)
@@ -221,7 +223,11 @@ def link_channels(
     elif free:
         names = ", ".join(each.name for _, each in free)
         log.warning('%s: no channel; link them by plc = ["…", "…"] of [[channel]]', names)
-    return {port: ChannelLinks(plcs[port], names) for port, names in places.wanted.items() if names}
+    return {
+        port: ChannelLinks(plcs[port], names)
+        for port, names in places.channels_by_port.items()
+        if names
+    }
 
 
 def _link_mapped(
@@ -235,7 +241,7 @@ def _link_mapped(
         for mapping in mappings:
             name = mapping.variable.casefold()
             config = by_name.get(mapping.channel[:LONGEST_NAME].casefold())
-            if config is None or (port, name) not in places.there or (port, name) in places.taken:
+            if config is None or (port, name) not in places.there or (port, name) in places.used_by:
                 continue
             places.link(port, name, config, mapping.variable)
             values = config.id, mapping.variable, port

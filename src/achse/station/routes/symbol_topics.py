@@ -43,7 +43,7 @@ class SymbolTopics:
         """Raises MqttError."""
         self.published = 0
         """Values that were published."""
-        self.written = 0
+        self.write_count = 0
         """Values that came and were written."""
         self.refused = 0
         """Messages that were not written."""
@@ -164,7 +164,7 @@ class SymbolTopics:
             except (AdsError, ValueError, TypeError, RecursionError) as failure:
                 self._refuse(name, str(failure))
             else:
-                self.written += 1
+                self.write_count += 1
 
     def _refuse(self, name: str, reason: str) -> None:
         self.refused += 1

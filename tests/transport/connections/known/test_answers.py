@@ -15,7 +15,7 @@ KINDS = st.sampled_from(("answer", "answer", "failed", "error", "unknown", "samp
 def passed(made: World, data: bytes) -> int:
     """Bytes that go without decoding."""
     assert made.far is not None
-    known = made.far._known
+    known = made.far._known_frames
     assert known is not None
     return known.pass_on(data)
 

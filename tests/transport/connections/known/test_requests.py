@@ -28,7 +28,7 @@ def read(number: int, length: int = 4, device: AmsAddress = DEVICES[0]) -> bytes
 
 def forwarded(made: World, data: bytes) -> int:
     """Bytes that go without decoding."""
-    known = made.clients[0][0]._known
+    known = made.clients[0][0]._known_frames
     assert known is not None
     return known.pass_on(data)
 
@@ -118,7 +118,7 @@ def test_request_of_a_source_that_is_the_port_of_another_is_left() -> None:
     made.come()
     made.host.router.register(40_000, made.clients[1][0])
     other = packet[:34] + b"\x09" + packet[35:]
-    assert made.clients[0][0]._known is not None
+    assert made.clients[0][0]._known_frames is not None
     made.take(made.clients[0][0], other, ())
     aliases = {each.source for each in made.requests()}
     assert len(aliases) == 1

@@ -90,7 +90,7 @@ def _searched(group: PathGroup) -> tuple[float, ...]:
     nothing = 0.0, 0, 0, *(0.0,) * PLACES
     if not isinstance(channel, ProgramChannel):
         return nothing
-    found = channel.found
+    found = channel.search_result
     if found is not None and channel.state is InterpreterState.SEARCHING:
         rest = (*group.positions, *(0.0,) * PLACES)[MAIN_AXES:PLACES]
         return found.remaining, found.origin.block, found.origin.counter, *found.position, *rest
