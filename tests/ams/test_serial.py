@@ -132,7 +132,7 @@ def test_a_wrong_number_is_neither_acknowledged_nor_passed_on(fragment: int) -> 
     end.take(0.0)
     assert end.receive(data(fragment), 0.1) == []
     assert end.take(0.1) == b""
-    assert end.spoiled == 1
+    assert end.spoiled_frames == 1
 
 
 def test_a_reset_and_a_long_silence_free_the_number() -> None:
@@ -153,7 +153,7 @@ def test_garbage_is_passed_over_byte_by_byte() -> None:
     end = SerialEnd()
     assert end.receive(b"\x01\x01\xa5\x00" + data(1) + b"\x5a", 0.0) == [REQUEST]
     assert end.receive(data(2), 0.0) == [REQUEST]
-    assert end.spoiled == 5
+    assert end.spoiled_frames == 5
 
 
 def test_a_frame_that_lacks_its_end_gives_way_after_a_gap() -> None:
@@ -210,7 +210,7 @@ def test_frames_go_one_after_the_other_with_numbers_that_wrap() -> None:
     end.receive(acknowledge(255), 0.1)
     assert end.take(0.1) == data(0, ANSWER)
     end.receive(acknowledge(0), 0.2)
-    assert (end.unsent, end.deadline, end.sent) == (0, None, 2)
+    assert (end.unsent, end.deadline, end.sent_packets) == (0, None, 2)
 
 
 @pytest.mark.parametrize(

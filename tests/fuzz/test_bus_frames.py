@@ -124,7 +124,7 @@ class Attack:
 
     def ask(self) -> None:
         """Let requests of all kinds be under way."""
-        self.jobs = [each for each in self.jobs if not each.done]
+        self.jobs = [each for each in self.jobs if not each.is_done]
         if len(self.jobs) >= MOST_JOBS:
             return
         master, dice = self.master, self.dice
@@ -184,7 +184,7 @@ def test_hostile_frames_never_escape_the_master(seed: int, many: Callable[[int],
     attack.quiet()
     slave = attack.master.slaves[1]
     asked = attack.master.upload(slave, 0x1018, 1)
-    while not asked.done:
+    while not asked.is_done:
         attack.cycle(0)
     assert asked.result() == VENDOR.to_bytes(4, "little")
 
@@ -195,7 +195,7 @@ def test_a_scan_under_attack_ends(many: Callable[[int], int]) -> None:
         attack = Attack(seed)
         job = attack.master.run(scan_bus())
         for _ in range(PATIENCE):
-            if job.done:
+            if job.is_done:
                 break
             attack.cycle(2)
         else:

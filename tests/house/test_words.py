@@ -76,12 +76,10 @@ QUESTION = re.compile(
 
 PARTICIPLES = {
     "asked", "begun", "chosen", "done", "found", "given", "gone", "held", "kept", "known", "left",
-    "lent", "lost", "made", "said", "seen", "sent", "shown", "taken", "told", "wanted", "written",
+    "lent", "lost", "made", "over", "said", "seen", "sent", "shown", "taken", "told", "wanted",
+    "written",
 }  # fmt: skip
 """Participles that name no thing: `_reported_lag`, `_pending_requests`, `_send_buffer` do."""
-
-PARTICIPLE_ATTRIBUTES = 73
-"""Attributes of that kind that are still in the package. The number only shrinks."""
 
 
 def _room(path: Path) -> str:
@@ -145,8 +143,7 @@ def test_attributes_are_no_participles(tracked: list[Path], texts: Texts) -> Non
             for name in assigned.findall(texts[path])
         }
     )
-    assert len(places) <= PARTICIPLE_ATTRIBUTES, "name the thing:\n" + "\n".join(places)
-    assert len(places) == PARTICIPLE_ATTRIBUTES, f"write {len(places)} into PARTICIPLE_ATTRIBUTES"
+    assert not places, "name the thing:\n" + "\n".join(places)
 
 
 def test_public_functions_have_the_verbs_of_the_field(parsed: dict[Path, Module]) -> None:

@@ -69,7 +69,7 @@ def test_the_oldest_are_lost_when_nobody_fetches(router: Router) -> None:
         _ask(router, 851, number)
     kept = tap.take(1 << 20)
     assert [capture.frame.invoke_id for capture in kept] == [8, 8, 9, 9][-len(kept) :]
-    assert tap.lost == 20 - len(kept)
+    assert tap.lost_captures == 20 - len(kept)
 
 
 def test_a_fetch_takes_what_fits(router: Router) -> None:
@@ -79,7 +79,7 @@ def test_a_fetch_takes_what_fits(router: Router) -> None:
     _ask(router, 851, 2)
     assert len(tap.take(size)) == 1
     assert tap.take(10) == []  # the answer would never fit
-    assert (tap.take(1000), tap.lost) == ([], 1)
+    assert (tap.take(1000), tap.lost_captures) == ([], 1)
 
 
 def test_a_request_costs_the_same_depth_however_many_taps_are_open(router: Router) -> None:
@@ -160,7 +160,7 @@ def test_whatever_taps_come_fetch_and_go_memory_stays_within_the_limit_and_nothi
     for tap, fetched in opened:
         fetched += [capture.frame.invoke_id for capture in tap.take(1 << 30)]
         assert fetched == sorted(fetched)
-        assert len(fetched) + tap.lost == 2 * (passed - begins[tap])
+        assert len(fetched) + tap.lost_captures == 2 * (passed - begins[tap])
     assert (taps.size, len(taps._captures)) == (0, 0)
 
 

@@ -91,11 +91,11 @@ def test_a_channel_that_cannot_be_read_ends(compiled: bool, memory: bytearray) -
         memory[0] += 1
         made.sample()
     gone, *others = made.channels
-    assert (gone.lost, gone.length) == ("axis 3 is gone", 2)
-    assert not any(each.lost for each in others)
+    assert (gone.failure, gone.length) == ("axis 3 is gone", 2)
+    assert not any(each.failure for each in others)
     assert words(made.rows(0, 9)[1]) == [1, 5, 1, 2, 5, 2, 0, 5, 3, 0, 5, 4]
     made.lose(0, "again")
-    assert gone.lost == "axis 3 is gone"
+    assert gone.failure == "axis 3 is gone"
 
 
 def test_triggers_fire_at_their_row(compiled: bool, memory: bytearray) -> None:

@@ -112,7 +112,7 @@ class SerialEnd:
         self.address = address
         self.given_up: deque[bytes] = deque()
         """Packets sent in vain, oldest first; to be taken out by the one who reads them."""
-        self.sent = self.received = self.repeated = self.spoiled = 0
+        self.sent_packets = self.received_packets = self.repeated_frames = self.spoiled_frames = 0
         """Packets acknowledged and passed on, frames sent again, frames and bytes of no use."""
         self.resets = 0
         """Number of resets by the other end."""
@@ -226,7 +226,7 @@ class SerialEnd:
     def _repeat(self, now: float) -> None:
         assert self._waiting is not None
         if self._sendings < SENDINGS:
-            self.repeated += 1
+            self.repeated_frames += 1
             self._send_waiting(now)
             return
         self.given_up.append(self._waiting.data)
@@ -250,7 +250,7 @@ class SerialEnd:
     def _spoil(self) -> None:
         """The first byte begins no frame."""
         del self._came[0]
-        self.spoiled += 1
+        self.spoiled_frames += 1
 
     def _frames(self, now: float) -> list[bytes]:
         came, packets = self._came, []
@@ -282,7 +282,7 @@ class SerialEnd:
             self._acknowledged(frame.fragment, now)
             return False
         if not frame.data:
-            self.spoiled += 1
+            self.spoiled_frames += 1
             return False
         since = now - self._good_at
         same = frame == self._good and since < FREE_AFTER
@@ -291,7 +291,7 @@ class SerialEnd:
             # The last number with other data is no repeated frame: the sender started again.
             fresh = (self._expected - frame.fragment) % 256 < 2
         if not (fresh or same) or (fresh and self.full):
-            self.spoiled += 1
+            self.spoiled_frames += 1
             return False
         acknowledge = FrameKind.ACKNOWLEDGE, frame.fragment, b"", self.address, frame.sender
         self._put(SerialFrame(*acknowledge), now)
@@ -299,11 +299,11 @@ class SerialEnd:
         self._expected = (frame.fragment + 1) % 256
         if fresh:
             self._good = frame
-            self.received += 1
+            self.received_packets += 1
         return fresh
 
     def _acknowledged(self, fragment: int, now: float) -> None:
         if self._waiting is not None and self._waiting.fragment == fragment:
-            self.sent += 1
+            self.sent_packets += 1
             self._waiting, self._repeat_at, self._begins = None, None, False
             self._next(now)

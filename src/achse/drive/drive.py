@@ -149,7 +149,7 @@ class Drive:
         self._reset_due = False
         self._clear_due = False
         self._synchronous = False
-        self._received: ProcessData
+        self._rx_data: ProcessData
         self._tx_data: ProcessData
         self._distribute: Callable[[tuple[Number, ...]], None]
         self._collect: Callable[[], tuple[Number, ...]]
@@ -199,7 +199,7 @@ class Drive:
         if not row.writable:
             raise SdoAbort(AbortCode.READ_ONLY)
         row.check(value)
-        if self._storing_ns or (self.state == AlState.OP and row.key in self._received.keys):
+        if self._storing_ns or (self.state == AlState.OP and row.key in self._rx_data.keys):
             return
         changes = row.restart and row.get(self) != value
         row.put(self, value)
@@ -273,7 +273,7 @@ class Drive:
     @property
     def output_size(self) -> int:
         """Bytes the master sends."""
-        return self._received.size
+        return self._rx_data.size
 
     @property
     def input_size(self) -> int:
@@ -369,7 +369,7 @@ class Drive:
             self._inputs = None
             return status
         if outputs is not None:
-            self._distribute(self._received.layout.unpack(outputs))
+            self._distribute(self._rx_data.layout.unpack(outputs))
             self._record.fresh_outputs = 1
         if compiled is not None:
             compiled.postpone(None, self._dt, self._count, True)
@@ -570,13 +570,13 @@ class Drive:
         power_up(self.machine, self.record, self._cleared_turns)
 
     def _take_mapping(self) -> None:
-        self._received = self.mapping.received
+        self._rx_data = self.mapping.rx_data
         self._tx_data = self.mapping.tx_data
         self._settle()
-        self._distribute = distributor(self._record, self._received.places)
+        self._distribute = distributor(self._record, self._rx_data.places)
         self._collect = collector(self._record, self._tx_data.fields)
         if self._compiled is not None:
-            self._compiled.map(self._received, self._tx_data)
+            self._compiled.map(self._rx_data, self._tx_data)
         self._pack_inputs()
 
     def _pack_inputs(self) -> None:

@@ -72,7 +72,7 @@ class PdoMapping:
     def __init__(self, *, strict: bool = True) -> None:
         self.strict = strict
         self.open = False
-        self.received = _NOTHING
+        self.rx_data = _NOTHING
         self.tx_data = _NOTHING
         self._entries = {
             index: [*entries, *[0] * (ENTRIES - len(entries))]
@@ -193,6 +193,6 @@ class PdoMapping:
 
     def _set(self, assignment: int, data: ProcessData) -> None:
         if assignment == RX_ASSIGNMENT:
-            self.received = data
+            self.rx_data = data
         else:
             self.tx_data = data

@@ -111,7 +111,7 @@ class Taps:
         if tap not in self._open:
             return []
         if tap.next < self._first:
-            tap.lost += self._first - tap.next
+            tap.lost_captures += self._first - tap.next
             tap.next = self._first
         taken: list[Captured] = []
         for capture in islice(self._captures, tap.next - self._first, None):
@@ -119,7 +119,7 @@ class Taps:
             if size < 0:
                 if taken:
                     break
-                tap.lost += 1
+                tap.lost_captures += 1
                 tap.next += 1
                 break
             taken.append(capture)
@@ -158,7 +158,7 @@ class Tap:
         self._taps = taps
         self.next = begin
         """Number of the frame that it gets next."""
-        self.lost = 0
+        self.lost_captures = 0
         """Captures that were dropped because nobody fetched them in time."""
 
     def take(self, size: int) -> list[Captured]:

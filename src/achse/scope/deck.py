@@ -44,13 +44,13 @@ class ScopeSource:
 class DeckChannel:
     """A channel while it is recorded."""
 
-    __slots__ = ("channel", "length", "lost", "read", "type")
+    __slots__ = ("channel", "failure", "length", "read", "type")
 
     def __init__(self, channel: ScopeChannel, source: ScopeSource) -> None:
         self.channel = channel
         self.type = source.type
         self.read: Read = source.read
-        self.lost = ""
+        self.failure = ""
         """Reason why no more samples come; empty while they do."""
         self.length: int | None = None
         """Number of samples in the recording, once the channel is lost."""
@@ -116,7 +116,7 @@ class Deck:
         self.count = self._started_rows = 0
         self.end_count = None
         for each in self.channels:
-            each.lost, each.length = "", None
+            each.failure, each.length = "", None
         self.bind()
 
     @property
@@ -188,8 +188,8 @@ class Deck:
     def lose(self, number: int, why: str) -> None:
         """No more samples come from a channel: what it had is all there is."""
         each = self.channels[number]
-        if not each.lost:
-            each.lost, each.length, each.read = why, self.count, _nothing
+        if not each.failure:
+            each.failure, each.length, each.read = why, self.count, _nothing
 
     # how values come into the ring ---------------------------------------------------------------
 
@@ -261,7 +261,7 @@ class Deck:
     def _lose_failing(self) -> None:
         """A value cannot be read: find whose, and go on without it."""
         for number, each in enumerate(self.channels):
-            if each.lost:
+            if each.failure:
                 continue
             try:
                 each.read()

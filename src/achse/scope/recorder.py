@@ -105,7 +105,7 @@ class Recorder:
 
     def start(self, now_ns: int) -> None:
         """Record from the next cycle on; what was recorded before is gone. Raises ScopeError."""
-        if self._stale or any(each.lost for deck in self.decks for each in deck.channels):
+        if self._stale or any(each.failure for deck in self.decks for each in deck.channels):
             self._find()
         by_step: dict[int, list[DeckChannel]] = {}
         for channel, source, step_ns in self._selection:
@@ -177,7 +177,7 @@ class Recorder:
             return
         for deck in self.decks:
             for number, each in enumerate(deck.channels):
-                if each.lost:
+                if each.failure:
                     continue
                 try:
                     source = self._bind(each.channel)
@@ -246,7 +246,7 @@ class Recorder:
                         {
                             **each.channel.document(),
                             "type": each.type.name,
-                            "lost": each.lost,
+                            "lost": each.failure,
                             "length": each.length,
                         }
                         for each in deck.channels

@@ -126,7 +126,7 @@ def _sampler_of(beat: Beat) -> Sampler | None:
 
 def _is_idle(channel: Channel) -> bool:
     """Return True if the channel keeps nothing back."""
-    return not (channel.away or channel.over or channel.queue or channel.dropped)
+    return not (channel.away or channel.is_closed or channel.queue or channel.dropped)
 
 
 def _client_of(channel: Channel, sampler: Sampler | None, frame_bytes: int) -> _Client | None:

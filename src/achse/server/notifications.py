@@ -97,7 +97,7 @@ class Notifications(Scheduled):
         self._subscriptions: dict[int, NotificationHandle] = {}
         self._clients: dict[bytes, Holding] = {}
         self._ways: dict[Endpoint, dict[Channel, None]] = {}
-        self._over: deque[Channel] = deque()
+        self._closing: deque[Channel] = deque()
         """Channels whose client or connection is gone, with subscriptions to clear."""
         self._count = 0
         """Subscriptions that are not over."""
@@ -283,7 +283,11 @@ class Notifications(Scheduled):
     def delete(self, handle: int, client: bytes) -> None:
         """End a subscription; raises DeviceError 0x714 if the client has no such handle."""
         subscription = self._subscriptions.get(handle)
-        if subscription is None or subscription.client != client or subscription.batch.channel.over:
+        if (
+            subscription is None
+            or subscription.client != client
+            or subscription.batch.channel.is_closed
+        ):
             raise DeviceError(ReturnCode.NOTIFICATION_HANDLE_INVALID, f"handle {handle}")
         self._stop(subscription)
         batch, channel = subscription.batch, subscription.batch.channel
@@ -300,7 +304,7 @@ class Notifications(Scheduled):
 
     def _end(self, channel: Channel) -> None:
         """Nothing more is sent here; what there is of it is cleared in slices."""
-        channel.over = channel.away = True
+        channel.is_closed = channel.away = True
         del self._channels[channel.key]
         if channel.via is not None:
             ways = self._ways[channel.via]
@@ -325,12 +329,12 @@ class Notifications(Scheduled):
             del self._clients[channel.client]
             self._warned.discard(channel.client)
         if channel.subscriptions:
-            self._over.append(channel)
+            self._closing.append(channel)
             self.be_due(0)
 
     def _clear(self, count: float = math.inf) -> None:
         """Clear up to `count` subscriptions of clients that are gone."""
-        over = self._over
+        over = self._closing
         while over and count > 0:
             subscriptions = over[0].subscriptions
             while subscriptions and count > 0:
@@ -402,7 +406,7 @@ class Notifications(Scheduled):
         The notification handles stay until they are deleted.
         """
         for subscription in self._subscriptions.values():
-            over = subscription.batch.channel.over
+            over = subscription.batch.channel.is_closed
             if subscription.symbolic and subscription.beat is not None and not over:
                 self._stop(subscription)
                 self._open_batch(subscription.batch)
@@ -420,7 +424,10 @@ class Notifications(Scheduled):
         fresh, self.fresh = self.fresh, []
         for subscription in fresh:
             channel = subscription.batch.channel
-            if channel.subscriptions.get(subscription.handle) is subscription and not channel.over:
+            if (
+                channel.subscriptions.get(subscription.handle) is subscription
+                and not channel.is_closed
+            ):
                 self._open_batch(subscription.batch)
                 subscription.batch.take(subscription.header, subscription.last or b"")
         # The clock shows the last tick, which is over: a largest delay ends at the tick after it.
@@ -454,7 +461,7 @@ class Notifications(Scheduled):
                 beat.sample()
                 if batch.count and not before:
                     self._open.append(batch)
-        if self._over:
+        if self._closing:
             self._clear(_FREED_AT_ONCE)
         if budget.waiting and not self._shares:
             budget.serve(now)
@@ -480,7 +487,7 @@ class Notifications(Scheduled):
     @property
     def steady_pulse(self) -> tuple[int, Pulse] | None:
         """Time and pulse of the next samples, if there is nothing else to do; else None."""
-        if len(self._due) != 1 or self._open or self._waiting or self._over or self._deadlines:
+        if len(self._due) != 1 or self._open or self._waiting or self._closing or self._deadlines:
             return None
         due_ns, _, pulse = self._due[0]
         return None if self.fresh or not pulse.beats else (due_ns, pulse)
@@ -492,7 +499,7 @@ class Notifications(Scheduled):
         self.be_due(due_ns)
 
     def _look_ahead(self) -> None:
-        if self._open or self._waiting or self._over or self.usage.budget.waiting:
+        if self._open or self._waiting or self._closing or self.usage.budget.waiting:
             self.be_due(0)
             return
         due_ns = self._due[0][0] if self._due else math.inf
@@ -552,7 +559,7 @@ class Notifications(Scheduled):
 
     def _is_back(self, channel: Channel) -> bool:
         """Return True if a client that was unreachable is reachable again: its samples go on."""
-        if channel.over:
+        if channel.is_closed:
             return False
         assert self.sender is not None
         channel.away = not self.sender.reaches(channel.client)

@@ -115,8 +115,19 @@ class Channel:
     """The way to one client as it asked: its address, ours as it wrote it, its connection."""
 
     __slots__ = (
-        "away", "batches", "client", "deleted", "dropped", "key", "over", "queue", "queued",
-        "server", "subscriptions", "via", "watched",
+        "away",
+        "batches",
+        "client",
+        "deleted",
+        "dropped",
+        "is_closed",
+        "key",
+        "queue",
+        "queued",
+        "server",
+        "subscriptions",
+        "via",
+        "watched",
     )  # fmt: skip
 
     def __init__(self, client: bytes, server: bytes, via: Endpoint | None) -> None:
@@ -138,7 +149,7 @@ class Channel:
         """Samples lost since the client last read."""
         self.away = False
         """True while no way leads to the client: nothing is sampled for it."""
-        self.over = False
+        self.is_closed = False
         """True once the client or its connection is gone: its subscriptions are being cleared."""
 
     @property

@@ -51,18 +51,18 @@ class _Watch:
         self.fired = False
         self._thread = threading.get_ident()
         self._own_process = own_process
-        self._over = threading.Event()
+        self._ended = threading.Event()
         self._turn = threading.Lock()
         self._timer = threading.Thread(target=self._run, args=(seconds,), daemon=True)
         self._timer.start()
 
     def _run(self, seconds: float) -> None:
-        if self._over.wait(seconds):
+        if self._ended.wait(seconds):
             return
         left = _GRACE
-        while not self._over.wait(_AGAIN if self.fired else 0.0):
+        while not self._ended.wait(_AGAIN if self.fired else 0.0):
             with self._turn:
-                if self._over.is_set():
+                if self._ended.is_set():
                     return
                 self.fired = True
                 self._raise()
@@ -75,7 +75,7 @@ class _Watch:
         while True:
             try:
                 with self._turn:
-                    self._over.set()
+                    self._ended.set()
                 break
             except RunTooLong:
                 continue

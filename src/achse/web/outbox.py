@@ -43,11 +43,11 @@ class _Lines:
 
     def __init__(self) -> None:
         self.waiting: deque[str] = deque(maxlen=MOST_LINES)
-        self.lost = 0
+        self.lost_lines = 0
 
     def add(self, lines: list[str]) -> None:
         over = len(self.waiting) + len(lines) - MOST_LINES
-        self.lost += max(over, 0)
+        self.lost_lines += max(over, 0)
         self.waiting.extend(lines)
 
 
@@ -167,7 +167,7 @@ class PageOutbox:
             fields, lost = self._states.pop(watch), self._skipped.pop(watch, 0)
             return f'{{"event":"data","watch":{watch},"lost":{lost},{fields}}}'
         for watch, lines in self._lines.items():
-            if lines.waiting or lines.lost:
+            if lines.waiting or lines.lost_lines:
                 del self._lines[watch]  # the next watch is first next time
                 return self._some_lines(watch, lines)
         if self._blocks:
@@ -184,7 +184,7 @@ class PageOutbox:
     def _some_lines(self, watch: int, lines: _Lines) -> str:
         count = min(len(lines.waiting), _LINES_AT_ONCE)
         chosen = ",".join(lines.waiting.popleft() for _ in range(count))
-        lost, lines.lost = lines.lost, 0
+        lost, lines.lost_lines = lines.lost_lines, 0
         if lines.waiting:
             self._lines[watch] = lines
         return f'{{"event":"data","watch":{watch},"lost":{lost},"value":[{chosen}]}}'

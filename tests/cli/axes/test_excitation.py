@@ -30,21 +30,24 @@ def test_it_is_done_when_its_time_is_over() -> None:
     excitation.see(0.6, values(BUSY))
     assert excitation.began == 0.5
     excitation.see(2.4, values(BUSY))
-    assert not excitation.done
+    assert not excitation.is_finished
     excitation.see(2.5, values(BUSY))
-    assert (excitation.over, excitation.done) == (True, False)  # it is to be stopped now
-    excitation.over = False
+    assert (excitation.is_overdue, excitation.is_finished) == (
+        True,
+        False,
+    )  # it is to be stopped now
+    excitation.is_overdue = False
     excitation.see(2.6, values(BUSY | StateBit.HAS_BEEN_STOPPED))
-    assert (excitation.over, excitation.done) == (False, False)
+    assert (excitation.is_overdue, excitation.is_finished) == (False, False)
     excitation.see(2.8, values(STANDING | StateBit.HAS_BEEN_STOPPED | StateBit.NOT_MOVING))
-    assert (excitation.done, excitation.trouble) == (True, None)
+    assert (excitation.is_finished, excitation.trouble) == (True, None)
 
 
 def test_it_is_done_when_it_ends_by_itself() -> None:
     excitation = judge()
     excitation.see(0.1, values(BUSY))
     excitation.see(0.2, values(STANDING))
-    assert (excitation.done, excitation.trouble) == (True, None)
+    assert (excitation.is_finished, excitation.trouble) == (True, None)
 
 
 def test_somebody_else_stops_it() -> None:

@@ -36,9 +36,9 @@ def test_homing_goes_on_through_its_steps() -> None:
     homing.see(0.1, values(STANDING | StateBit.HOMED))
     for seconds, step in ((0.2, 2), (0.3, 2), (0.4, 3)):
         homing.see(seconds, values(BUSY, step))
-        assert not homing.done
+        assert not homing.is_finished
     homing.see(0.5, values(STANDING | StateBit.HOMED))
-    assert (homing.done, homing.trouble, homing.target) == (True, None, 3.5)
+    assert (homing.is_finished, homing.trouble, homing.target) == (True, None, 3.5)
     assert homing.steps == [(pytest.approx(0.1), "AWAIT_CAM"), (pytest.approx(0.3), "LEAVE_CAM")]
 
 
@@ -78,9 +78,9 @@ def test_the_application_is_waited_for() -> None:
     homing = judge()
     homing.see(0.1, values(STANDING, **asked))
     homing.see(60.0, values(STANDING, **asked))
-    assert (homing.done, homing.trouble) == (False, None)
+    assert (homing.is_finished, homing.trouble) == (False, None)
     homing.see(61.0, values(STANDING | StateBit.HOMED))
-    assert homing.done
+    assert homing.is_finished
 
 
 def test_the_demo_axis_homes(lines: Callable[..., list[str]], document: Callable[..., Any]) -> None:

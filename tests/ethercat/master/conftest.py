@@ -56,7 +56,7 @@ class Bus:
     def do(self, steps: Generator[Any, Any, Any], cycles: int = 5000) -> Any:
         """Do steps and return their value."""
         job: BusJob[Any] = self.master.run(steps)
-        self.until(lambda: job.done, cycles)
+        self.until(lambda: job.is_done, cycles)
         return job.result()
 
     def kinds(self) -> list[str]:

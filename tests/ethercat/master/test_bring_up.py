@@ -33,7 +33,7 @@ def test_a_strict_drive_takes_our_mapping(clock: ClockConfiguration | None) -> N
     master.request(AlState.OP)
     ring.run(400_000_000)
     assert master.operational, master.take_events()
-    assert [each.key >> 8 for each in drive.mapping.received.rows] == [0x6040, 0x607A, 0x6060]
+    assert [each.key >> 8 for each in drive.mapping.rx_data.rows] == [0x6040, 0x607A, 0x6060]
     assert (
         drive.record.sync0_ns == (1_000_000 if clock else 0)
         if hasattr(drive.record, "sync0_ns")

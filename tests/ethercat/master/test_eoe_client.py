@@ -41,7 +41,7 @@ def test_frames_travel_both_ways(
         if cycle in lost:
             ours.segment.disturbance.lose = 1
         ours.run()
-        if len(came) == len(back) and all(job.done for job in jobs):
+        if len(came) == len(back) and all(job.is_done for job in jobs):
             break
     assert came == back
     assert [job.result() for job in jobs] == [None] * len(out)

@@ -78,7 +78,7 @@ def test_a_lost_frame_costs_no_packet(bus: Callable[..., Any]) -> None:
     foe = client(ours, files)
     ours.segment.disturbance = Disturbance()
     job = ours.master.run(foe.read("long"))
-    while not job.done:
+    while not job.is_done:
         ours.run(3)
         ours.segment.disturbance.lose = 1
         ours.run(1)

@@ -41,7 +41,7 @@ def test_many_requests_to_one_slave_queue(bus: Callable[..., Any]) -> None:
     ours = bus().up(AlState.PREOP)
     slave = ours.master.slaves[0]
     jobs = [ours.master.upload(slave, 0x1000) for _ in range(20)]
-    ours.until(lambda: all(job.done for job in jobs))
+    ours.until(lambda: all(job.is_done for job in jobs))
     assert {job.result() for job in jobs} == {(0xC0DE_0001).to_bytes(4, "little")}
 
 
@@ -102,7 +102,7 @@ def test_a_lost_frame_at_any_moment_costs_no_answer(
     ours.ring.rounds = 1
     ours.run(after)
     ours.segment.disturbance.lose = 2 * lose  # the cyclic frames too
-    ours.until(lambda: job.done)
+    ours.until(lambda: job.is_done)
     assert job.result() == bytes(range(256)) * 3
 
 
@@ -111,7 +111,7 @@ def test_emergencies_are_told_and_answers_still_come(bus: Callable[..., Any]) ->
     ours.master.take_events()
     ours.line[1].emergencies += [b"\x20\x43\x01abcde", b"\x00\x00\x00fghij"]
     job = ours.master.upload(ours.master.slaves[1], 0x1000)
-    ours.until(lambda: job.done)
+    ours.until(lambda: job.is_done)
     told = [(each.station, each.number, each.data) for each in ours.master.take_events()]
     assert told == [(1002, 0x4320, b"\x20\x43\x01abcde"), (1002, 0, b"\x00\x00\x00fghij")]
 

@@ -83,7 +83,7 @@ def test_all_objects_of_a_drive_are_read_by_sdo() -> None:
     assert len(entries) >= 203
     for index, subindex in entries:
         job = master.upload(master.slaves[0], index, subindex)
-        while not job.done:
+        while not job.is_done:
             ring.exchange(master.now_ns + 1_000_000)
         try:
             expected: bytes | int = drive.read_object(index, subindex)

@@ -109,7 +109,7 @@ def test_a_cut_anywhere_loses_no_slave_and_no_cycle(
     assert ring.open
     assert ring.reached == [where, 4 - where]
     job = ours.master.upload(ours.master.slaves[3], 0x1018, 2)
-    ours.until(lambda: job.done)
+    ours.until(lambda: job.is_done)
     assert job.result() == (0x100B).to_bytes(4, "little")
     ours.mend(where)
     ours.exchanges()

@@ -21,4 +21,4 @@ def test_run_ends_with_the_last_cycle_that_is_due(bus: Callable[..., Any]) -> No
     ours.ring.run(5_500_000)
     assert ours.master.now_ns == 5_000_000
     assert ours.segment.time.now_ns == 5_000_000
-    assert ours.master.traffic.lost == 0
+    assert ours.master.traffic.lost_frames == 0

@@ -20,7 +20,7 @@ def scan(segment: Segment, **options: Any) -> list[FoundSlave]:
     traffic = AcyclicTraffic(5_000_000)
     job = traffic.start(scan_bus(**options))
     now = 0
-    while not job.done:
+    while not job.is_done:
         now += 100_000
         segment.advance(now)
         for frame in traffic.frames(now, 1):

@@ -70,7 +70,7 @@ def test_the_dictionary_of_the_drive_is_described_as_it_is() -> None:
     def do(steps: Any) -> Any:
         job = master.run(steps)
         for _ in range(200):
-            if job.done:
+            if job.is_done:
                 break
             ring.exchange(master.now_ns + 2_000_000)
         return job.result()
@@ -117,7 +117,7 @@ def test_any_answers_end_in_a_value_or_an_error(
     for each in answers:
         slave._mailbox.send(3, each)
     try:
-        ours.until(lambda: job.done, 3000)
+        ours.until(lambda: job.is_done, 3000)
         job.result()
     except BusError:
         pass

@@ -36,7 +36,7 @@ def test_requests_of_many_share_a_frame() -> None:
     assert len(EthercatFrame.decode(frame).datagrams) == 20
     traffic.receive(echo(frame), 1)
     assert [job.result() for job in jobs] == [b"\0\0"] * 20
-    assert (traffic.sent, traffic.lost, traffic.due_ns) == (1, 0, None)
+    assert (traffic.sent_frames, traffic.lost_frames, traffic.due_ns) == (1, 0, None)
 
 
 def test_what_does_not_fit_goes_into_the_next_frame() -> None:
@@ -61,7 +61,7 @@ def test_a_lost_frame_is_sent_three_times() -> None:
     assert traffic.frames(3 * TIMEOUT, 1) == []
     with pytest.raises(FrameLost, match="sent 3 times"):
         job.result()
-    assert traffic.lost == 3
+    assert traffic.lost_frames == 3
 
 
 def test_an_answer_to_the_second_try_counts_the_first_late_one_does_not() -> None:
@@ -70,7 +70,7 @@ def test_an_answer_to_the_second_try_counts_the_first_late_one_does_not() -> Non
     (first,) = traffic.frames(0, 1)
     (second,) = traffic.frames(TIMEOUT, 1)
     traffic.receive(echo(first), TIMEOUT)
-    assert not job.done
+    assert not job.is_done
     traffic.receive(echo(second), TIMEOUT)
     traffic.receive(echo(second), TIMEOUT)
     assert job.result() == b"\0\0"
@@ -84,7 +84,7 @@ def test_pauses_end_in_order_and_take_no_frame() -> None:
     assert traffic.due_ns == 100
     traffic.frames(150, 1)
     traffic.frames(300, 1)
-    assert (short.result(), long.done) == (300, False)
+    assert (short.result(), long.is_done) == (300, False)
     traffic.frames(501, 1)
     assert long.result() == 501
 
@@ -140,6 +140,6 @@ def test_anything_else_is_left(frame: bytes, index: int) -> None:
     head = b"\xff" * 12 + b"\x88\xa4"
     traffic.receive(head + frame, 0)
     traffic.receive(EthercatFrame([Datagram(4, 1001, b"\0\0", index)]).encode(), 0)
-    assert not job.done
+    assert not job.is_done
     assert traffic.strays == 3
     assert index not in ACYCLIC or traffic.due_ns == TIMEOUT

@@ -51,5 +51,5 @@ class Served:
     def do(self, steps: Generator[Any, Any, Any]) -> Any:
         """Do steps and return their value."""
         job = self.master.run(steps)
-        self.until(lambda: job.done)
+        self.until(lambda: job.is_done)
         return job.result()

@@ -69,7 +69,7 @@ def test_protocols_do_not_disturb_each_other() -> None:
             ours.seen.sdo.upload(0x1008, 0), ours.seen.eoe.get_ip(), foe.read("a"),
         )
     ]  # fmt: skip
-    ours.until(lambda: all(job.done for job in jobs))
+    ours.until(lambda: all(job.is_done for job in jobs))
     assert [job.result() for job in jobs] == [None, None, b"Speaker", wanted, bytes(1000)]
 
 

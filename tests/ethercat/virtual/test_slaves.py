@@ -61,7 +61,7 @@ class Bus:
     def do(self, steps: Any) -> Any:
         job = self.master.run(steps)
         for _ in range(5000):
-            if job.done:
+            if job.is_done:
                 return job.result()
             self.run()
         pytest.fail("not done")

@@ -57,7 +57,7 @@ def scanned(found: list[Recorded]) -> list[FoundSlave]:
     traffic = AcyclicTraffic(10 * MS)
     job = traffic.start(scan_bus())
     now = 0
-    while not job.done:
+    while not job.is_done:
         now += MS // 10
         assert now < 120_000 * MS
         segment.advance(now)

@@ -63,7 +63,7 @@ def test_an_emergency_stop_ends_the_program(homing: Any) -> None:
     homing.cycle(5)
     if homing.channel.state is State.SEARCHING:  # it is not where the block begins
         assert homing.group.dissolve() == 0
-        x = homing.channel.found.position[0]
+        x = homing.channel.search_result.position[0]
         assert commands.start(homing.nc.axis(1), 1, x, 100.0) == 0
         homing.until(lambda: not homing.nc.axis(1).set_motion_phase)
         assert homing.group.assign([1, 2, 3]) == 0

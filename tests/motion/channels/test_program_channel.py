@@ -265,10 +265,10 @@ def test_a_block_search_begins_in_the_middle(program: Any) -> None:
     channel.load("part.nc")
     assert channel.enable_search(1, 1, 30, 50.0) == 0
     assert channel.start() == 0
-    program.until(lambda: channel.found is not None)
+    program.until(lambda: channel.search_result is not None)
     assert channel.state is State.SEARCHING
-    assert channel.found.position == (25.0, 0.0, 0.0)
-    assert channel.found.remaining == 50.0
+    assert channel.search_result.position == (25.0, 0.0, 0.0)
+    assert channel.search_result.remaining == 50.0
     assert channel.step_on_after_search() == NcError.START_NOT_ON_CONTOUR
     assert program.group.dissolve() == 0
     assert commands.start(program.nc.axis(1), 1, 25.0, 100.0) == 0
@@ -484,10 +484,10 @@ def test_after_a_fault_of_an_axis_the_axes_are_brought_to_the_block(program: Any
     assert channel.retry() != 0, "the axis has its error still"
     assert program.group.reset() == 0
     program.until(lambda: channel.retry() == 0, 5.0)
-    program.until(lambda: channel.found is not None)
+    program.until(lambda: channel.search_result is not None)
     program.cycle(3)
     assert channel.state is State.SEARCHING
-    assert channel.found.position == (50.0, 0.0, 0.0)
+    assert channel.search_result.position == (50.0, 0.0, 0.0)
     assert program.group.dissolve() == 0
     assert commands.start(axis, 1, 50.0, 100.0) == 0
     program.until(lambda: program.at()[0] == 50.0 and not axis.set_motion_phase)

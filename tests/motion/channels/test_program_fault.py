@@ -55,7 +55,7 @@ def test_a_retry_away_from_its_block_names_the_place(program: Any, caplog: Any) 
     assert channel.place.origin.block == 20
     assert program.group.reset() == 0
     program.until(lambda: channel.retry() == 0, 5.0)
-    program.until(lambda: channel.found is not None)
+    program.until(lambda: channel.search_result is not None)
     program.cycle(3)
     place = channel.place
     assert channel.state is State.SEARCHING

@@ -60,15 +60,15 @@ def test_a_request_has_the_time_of_the_computer(delay_ns: int, step_ns: int, ind
         made = Made(patch, interface, 1)
         made.until(made.operational)
         master = made.bus.master
-        lost = master.traffic.lost
+        lost = master.traffic.lost_frames
         interface.delay_ns, interface.step_ns = delay_ns, step_ns
         job = master.upload(master.slaves[0], index)
         for _ in range(200 * delay_ns // step_ns):
-            if job.done:
+            if job.is_done:
                 break
             made.station.advance(CYCLE_NS / 1e9)
         assert job.result()
-        assert master.traffic.lost == lost
+        assert master.traffic.lost_frames == lost
 
 
 def test_a_link_that_does_not_answer_is_told_by_the_computer_s_clock(
@@ -82,7 +82,7 @@ def test_a_link_that_does_not_answer_is_told_by_the_computer_s_clock(
     job = made.bus.master.upload(made.bus.master.slaves[0], 0x1000)
     began = interface.now_ns
     for _ in range(1000):
-        if job.done:
+        if job.is_done:
             break
         made.station.advance(CYCLE_NS / 1e9)
     assert 3 * 5 * MS <= interface.now_ns - began < 4 * 5 * MS

@@ -497,7 +497,7 @@ def test_a_line_between_two_interfaces_is_one_bus(monkeypatch: pytest.MonkeyPatc
     made.go(20.0)
     made.until(lambda: all(abs(axis.actual_position - 20.0) < 0.01 for axis in made.axes))
     assert made.bus.master.cyclic.counters.lost == 0
-    assert made.bus.master.traffic.lost == 0
+    assert made.bus.master.traffic.lost_frames == 0
     (figures,) = made.station.statistics()["buses"]
     told = [figures[name] for name in ("interface", "second_interface", "ring_open", "trouble")]
     assert told == ["veth0", "veth1", "", ""]

@@ -59,13 +59,14 @@ def bus_of(made: Station) -> EthercatBus:
 def told(made: Station) -> dict[str, Any]:
     """All that one can see of a station, its bus and what happened on it."""
     bus = bus_of(made)
+    traffic = bus.master.traffic
     assert made.nc is not None
     return {
         "digest": made.digest(),
         "nc": made.nc.digest(),
         "cycles": made.nc.cycle_count,
         "counters": repr(bus.master.cyclic.counters),
-        "acyclic": (bus.master.traffic.sent, bus.master.traffic.lost, bus.master.traffic.strays),
+        "acyclic": (traffic.sent_frames, traffic.lost_frames, traffic.strays),
         "events": [(event.time_ns, event.kind, event.number) for event in bus.master.take_events()],
         "times": (bus.now_ns, bus.segment.time.now_ns, bus.master.now_ns,
                   bus.master.cyclic.reference_ns),

@@ -187,7 +187,7 @@ def test_a_far_end_that_begins_again_at_the_same_number_is_heard() -> None:
         frame = SerialFrame(FrameKind.DATA, 0, write(invoke_id).encode())
         assert end.receive(frame.encode(), invoke_id * 0.1) == [frame.data]
         assert end.receive(frame.encode(), invoke_id * 0.1 + 0.05) == []
-    assert end.received == 20
+    assert end.received_packets == 20
 
 
 def test_more_than_a_line_carries_is_not_acknowledged() -> None:
@@ -206,7 +206,7 @@ def test_more_than_a_line_carries_is_not_acknowledged() -> None:
     line.turns.run(3_000)
     line.device.receive(RESET + SerialFrame(FrameKind.DATA, 9, request.encode()).encode())
     line.turns.run(1)
-    assert line.device.end.received > 1_000
+    assert line.device.end.received_packets > 1_000
     assert request.invoke_id in {each.invoke_id for each in line.came}
 
 

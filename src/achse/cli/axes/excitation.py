@@ -49,11 +49,11 @@ class ExcitationJudge(Judge):
         if self.trouble is not None or self.interrupted:
             return
         if self._released:
-            self.done = bool(state & StateBit.NOT_MOVING) and not going_on
+            self.is_finished = bool(state & StateBit.NOT_MOVING) and not going_on
         elif going_on:
-            self.over = self._released = seconds - self.began >= self._seconds
+            self.is_overdue = self._released = seconds - self.began >= self._seconds
         elif self._has_started and not state & StateBit.HAS_BEEN_STOPPED:
-            self.done = True
+            self.is_finished = True
         elif self._has_started or seconds > self._accepted_at + ACTIVE_WITHIN:
             here = f"{decimal(self.target)} {self.axis.unit}"
             what = "was stopped" if self._has_started else "did not begin"

@@ -47,7 +47,7 @@ class HomingJudge(Judge):
             return
         if self._has_started or seconds > self._accepted_at + ACTIVE_WITHIN:
             self.target = values["actual_position"]
-            self.done = bool(state & StateBit.HOMED)
-            if not self.done:
+            self.is_finished = bool(state & StateBit.HOMED)
+            if not self.is_finished:
                 here = f"{decimal(self.target)} {self.axis.unit}"
                 self.trouble = f"{self.axis}: homing ended at {here}, the axis is not homed"

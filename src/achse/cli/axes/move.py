@@ -141,8 +141,8 @@ async def follow(axis: NcAxis, errand: Errand, sample_time: float) -> Course:
                 values = axis.sample(sample.value)
                 seconds = trace.add(sample.filetime, values)
                 verdict.see(seconds, values, before=before > 0)
-                if verdict.over:
-                    verdict.over = False
+                if verdict.is_overdue:
+                    verdict.is_overdue = False
                     await axis.remote.call("stop")
                 before -= 1
                 progress.show(seconds, values)
@@ -161,7 +161,7 @@ class Judge:
         self.target = target
         self.is_finished = False
         self.trouble: str | None = None
-        self.over = False
+        self.is_overdue = False
         """True if its time is over: `follow` then stops the axis, and continues until it is at
         standstill."""
         self.interrupted = False

@@ -178,9 +178,9 @@ class MasterObjects:
         seconds = max(master.now_ns - master.counters_since_ns, 1) / 1e9
         values = [
             master.cyclic.counters.lost,
-            master.traffic.lost,
+            master.traffic.lost_frames,
             round(master.cyclic.counters.sent / seconds),
-            round(master.traffic.sent / seconds),
+            round(master.traffic.sent_frames / seconds),
         ]
         entries = _numbered([(each & 0xFFFF_FFFF).to_bytes(4, "little") for each in values])
         return [*entries, MasterValue(16, master.state.to_bytes(2, "little"))]

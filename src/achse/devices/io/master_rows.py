@@ -77,8 +77,8 @@ def _read_frames(bus: ServedBus, offset: int) -> bytes:
             master.now_ns // 1_000_000,
             master.cyclic.counters.sent,
             master.cyclic.counters.lost,
-            master.traffic.sent,
-            master.traffic.lost,
+            master.traffic.sent_frames,
+            master.traffic.lost_frames,
         ]
     )
 

@@ -77,7 +77,7 @@ class BringUp:
         self._clock_warning = clock_warning
 
     def lead(self, slave: BusSlave, fresh: bool = False) -> Steps[None]:
-        """Lead a slave to `slave.wanted`; with `fresh` by way of Init.
+        """Lead a slave to `slave.requested_state`; with `fresh` by way of Init.
 
         Raises the `BusError` that it ended with, after three tries.
         """

@@ -129,7 +129,7 @@ class Master:
     def reset_frames(self) -> None:
         """Count frames from 0."""
         self.cyclic.counters = CyclicCounters()
-        self.traffic.sent = self.traffic.lost = self.traffic.strays = 0
+        self.traffic.sent_frames = self.traffic.lost_frames = self.traffic.strays = 0
         self.counters_since_ns = self.now_ns
 
     def reset_counters(self) -> None:

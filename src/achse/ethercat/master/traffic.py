@@ -48,7 +48,7 @@ class BusJob(Generic[T]):
         self._ended = ended
         self._finished = finished
         self._value: list[T] = []
-        self.done = False
+        self.is_done = False
         self.cancelled = False
         self.error: BusError | None = None
 
@@ -62,8 +62,8 @@ class BusJob(Generic[T]):
 
     def cancel(self) -> None:
         """End it; what is on the wire comes back to nobody."""
-        if not self.done:
-            self.done = self.cancelled = True
+        if not self.is_done:
+            self.is_done = self.cancelled = True
             self._ended()
             self._steps.close()
 
@@ -78,7 +78,7 @@ class BusJob(Generic[T]):
             self._value.append(end.value)
         except BusError as trouble:
             self.error = trouble
-        self.done = True
+        self.is_done = True
         self._ended()
         if self._finished is not None:
             self._finished(self)
@@ -117,8 +117,8 @@ class AcyclicTraffic:
     def __init__(self, timeout_ns: int, window: int = 4) -> None:
         self.timeout_ns = timeout_ns
         self.window = window
-        self.sent = 0
-        self.lost = 0
+        self.sent_frames = 0
+        self.lost_frames = 0
         self.strays = 0
         """Frames that came and that nothing waited for: late, doubled or not ours."""
         self.waiting = 0
@@ -189,7 +189,7 @@ class AcyclicTraffic:
         ]
         for index in gone:
             _, flights = self._away.pop(index)
-            self.lost += 1
+            self.lost_frames += 1
             for flight in reversed(flights):
                 flight.tries -= 1
                 if flight.tries > 0:
@@ -199,7 +199,7 @@ class AcyclicTraffic:
 
     def _step(self, job: BusJob[object], back: Round | BusError | None, now_ns: int) -> None:
         """Let a job go on until it sends or waits."""
-        while not job.done:
+        while not job.is_done:
             wanted = job.go_on(back)
             if wanted is None:
                 return
@@ -225,7 +225,7 @@ class AcyclicTraffic:
         room = _ROOM
         while self._ready:
             flight = self._ready[0]
-            if flight.job.done:
+            if flight.job.is_done:
                 self._ready.popleft()
                 continue
             if flight.size > room:
@@ -239,7 +239,7 @@ class AcyclicTraffic:
         if not flights:
             return None
         self._away[index] = now_ns, flights
-        self.sent += 1
+        self.sent_frames += 1
         return EthercatFrame(datagrams).encode()
 
     def _free_index(self) -> int | None:

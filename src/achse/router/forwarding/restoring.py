@@ -91,7 +91,7 @@ class Restoration:
         self._waiting = 0
         self.answers = 0
         """Answers that have come."""
-        self._over = False
+        self._is_closed = False
         new.handles = self._handles
         new.restored_from = old
 
@@ -104,12 +104,12 @@ class Restoration:
 
     def cancel(self) -> None:
         """Do nothing more: the connection has ended again."""
-        self._over = True
+        self._is_closed = True
 
     def give_up(self) -> None:
         """End without success, if it has not ended yet."""
-        if not self._over:
-            self._over = True
+        if not self._is_closed:
+            self._is_closed = True
             self._done(False)
 
     def _version_came(self, answer: Frame) -> None:
@@ -123,7 +123,7 @@ class Restoration:
         """One answer has come; behind the last one comes the following phase."""
         self._waiting -= 1
         self.answers += 1
-        if not self._waiting and not self._over:
+        if not self._waiting and not self._is_closed:
             following()
 
     def _of_kind(self, kind: ResourceKind) -> list[tuple[Resource, int]]:
@@ -193,7 +193,7 @@ class Restoration:
         self._step(self._finish)
 
     def _finish(self) -> None:
-        self._over = True
+        self._is_closed = True
         self._new.restored_from = None
         if self._handles.is_identity:
             self._new.handles = None

@@ -169,7 +169,7 @@ def do_steps(
     traffic = AcyclicTraffic(_TIMEOUT_NS)
     job: BusJob[T] = traffic.start(steps)
     end = clock() + round(timeout_s * 1e9)
-    while not job.done:
+    while not job.is_done:
         now = clock()
         if now > end:
             job.cancel()

@@ -121,7 +121,7 @@ class InterfaceBus:
         self.master = Master(configuration)
         self.master.now_ns = self._link_ns()
         self.master.on_event = tell_event
-        state = AlState.OP if before is None else before.wanted
+        state = AlState.OP if before is None else before.requested_state
         self.master.request(state)
         stations = [configuration.stations().index(1001 + slot.place) for slot in self.plan.slots]
         made = [self.master.slaves[number] for number in stations]
@@ -241,7 +241,7 @@ class InterfaceBus:
             while (came := socket.receive(0.0)) is not None:
                 traffic.receive(came, self._link_ns())
             frames = traffic.frames(self._link_ns(), 4)
-            if job.done:
+            if job.is_done:
                 break
             for frame in frames:
                 socket.send(frame)
@@ -250,7 +250,7 @@ class InterfaceBus:
             came = socket.receive(_TURN_NS / 1e9)
             if came is not None:
                 traffic.receive(came, self._link_ns())
-        if job.done:
+        if job.is_done:
             self._search = None
             self._take_over(job)
 
