@@ -121,11 +121,10 @@ def witness() -> Callable[[str], None]:
     return require
 
 
-@pytest.fixture(scope="session", autouse=True)
-def certificates_removed() -> Iterator[None]:
+@pytest.hookimpl(trylast=True)
+def pytest_runtest_teardown(nextitem: pytest.Item | None) -> None:
     """At the end the certificates that this process made for tests are removed."""
-    yield
-    if made := sys.modules.get("tests.transport.certificates"):
+    if nextitem is None and (made := sys.modules.get("tests.transport.certificates")):
         made.remove()
 
 

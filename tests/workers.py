@@ -8,6 +8,7 @@ fork, the tests run in this process.
 
 import contextlib
 import gc
+import mmap
 import os
 import resource
 import signal
@@ -108,12 +109,35 @@ def _stay_frozen() -> None:
     """
 
 
+class RunningTest:
+    """Index of the test that a worker runs, in memory that it shares with the parent.
+
+    So the parent knows which test a lost worker left, without a message at each start.
+    """
+
+    def __init__(self) -> None:
+        self._memory = mmap.mmap(-1, 8)
+        self.index = -1
+
+    @property
+    def index(self) -> int:
+        """The test; -1 between tests."""
+        return int.from_bytes(self._memory[:], sys.byteorder, signed=True)
+
+    @index.setter
+    def index(self, value: int) -> None:
+        self._memory[:] = value.to_bytes(8, sys.byteorder, signed=True)
+
+
 class Child:
     """The worker's side: runs batches, sends reports."""
 
-    def __init__(self, session: pytest.Session, connection: Connection) -> None:
+    def __init__(
+        self, session: pytest.Session, connection: Connection, running: RunningTest
+    ) -> None:
         self.session = session
         self.connection = connection
+        self.running = running
         self.reports: list[dict[str, Any]] = []
         """Of the test that runs."""
 
@@ -151,12 +175,13 @@ class Child:
     def test(self, index: int, after: int) -> None:
         item = self.session.items[index]
         following = self.session.items[after] if after >= 0 else None
-        self.connection.send(("start", index))
+        self.running.index = index
         before = cpu_seconds() + forked_seconds()
         item.config.hook.pytest_runtest_protocol(item=item, nextitem=following)
         self.connection.send(
             ("finish", index, cpu_seconds() + forked_seconds() - before, self.reports)
         )
+        self.running.index = -1
         self.reports = []
 
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
@@ -171,8 +196,8 @@ class Worker:
 
     process: int
     connection: Connection
+    running: RunningTest
     heard: float
-    test: int = -1
     ended: bool = False
 
 
@@ -207,6 +232,7 @@ class Runner:
 
     def fork(self) -> None:
         ours, theirs = Pipe()
+        running = RunningTest()
         for stream in (sys.stdout, sys.stderr):
             stream.flush()
         process = os.fork()
@@ -218,7 +244,7 @@ class Runner:
                 for connection in self.workers:
                     connection.close()
                 os.environ["ACHSE_TEST_WORKER"] = str(self.forks)
-                Child(self.session, theirs).run()
+                Child(self.session, theirs, running).run()
                 code = 0
             except BaseException:
                 traceback.print_exc(file=sys.__stderr__)
@@ -226,7 +252,7 @@ class Runner:
                 os._exit(code)
         theirs.close()
         self.forks += 1
-        self.workers[ours] = Worker(process, ours, time.monotonic())
+        self.workers[ours] = Worker(process, ours, running, time.monotonic())
         ours.send(self.waiting.popleft())
 
     def listen(self) -> None:
@@ -246,22 +272,19 @@ class Runner:
                     worker.process, signal.SIGABRT
                 )  # the fault handler of pytest prints where it was
 
-    def on_start(self, worker: Worker, index: int) -> None:
-        worker.test = index
-        item = self.session.items[index]
-        item.ihook.pytest_runtest_logstart(nodeid=item.nodeid, location=item.location)
-
     def on_finish(
         self, worker: Worker, index: int, cpu: float, reports: list[dict[str, Any]]
     ) -> None:
-        config = self.session.config
-        item = self.session.items[index]
-        for data in reports:
-            report = config.hook.pytest_report_from_serializable(config=config, data=data)
-            item.ihook.pytest_runtest_logreport(report=report)
-        self.cpu[item.nodeid] = cpu
-        item.ihook.pytest_runtest_logfinish(nodeid=item.nodeid, location=item.location)
-        worker.test = -1
+        config, hook = self.session.config, self.session.config.hook
+        test = self.session.items[index].nodeid
+        self.cpu[test] = cpu
+        read = hook.pytest_report_from_serializable
+        found = [read(config=config, data=data) for data in reports]
+        location = found[0].location  # of the item itself it would be searched for once more
+        hook.pytest_runtest_logstart(nodeid=test, location=location)
+        for report in found:
+            hook.pytest_runtest_logreport(report=report)
+        hook.pytest_runtest_logfinish(nodeid=test, location=location)
 
     def on_next(self, worker: Worker, able: bool) -> None:
         worker.connection.send(self.waiting.popleft() if able and self.waiting else None)
@@ -277,9 +300,10 @@ class Runner:
         code = os.waitstatus_to_exitcode(os.waitpid(worker.process, 0)[1])
         if worker.ended:
             return
-        if worker.test < 0:
+        test = worker.running.index
+        if test < 0:
             raise RuntimeError(f"a worker ended between tests, exit code {code}")
-        item = self.session.items[worker.test]
+        item = self.session.items[test]
         report = pytest.TestReport(
             nodeid=item.nodeid,
             location=item.location,
@@ -289,13 +313,13 @@ class Runner:
             when="call",
         )
         item.ihook.pytest_runtest_logreport(report=report)
-        rest = [each for each in self.left(worker) if each > worker.test]
+        rest = [each for each in self.batch_with(test) if each > test]
         if rest:
             self.waiting.appendleft(rest)
 
-    def left(self, worker: Worker) -> list[int]:
-        """Return the tests of the worker's batch."""
-        batch = batch_of(self.session.items[worker.test].path)
+    def batch_with(self, test: int) -> list[int]:
+        """Return the tests of the batch that has this one."""
+        batch = batch_of(self.session.items[test].path)
         items = enumerate(self.session.items)
         return [index for index, item in items if batch_of(item.path) == batch]
 
