@@ -182,17 +182,22 @@ def test_a_cyclic_notification_keeps_its_cycle(plc: Any, until: Callable[..., No
 def test_a_notification_reaches_another_process(
     station: Any, plc: Any, until: Callable[..., None]
 ) -> None:
-    """Both processes have the same AMS address; each gets its own notifications."""
+    """Both processes have the same AMS address; each gets its own notifications.
+
+    The library of pyads drops a sample that comes before it has noted the handle, which the first
+    one may on a busy machine.
+    """
     subscriber = textwrap.dedent(f"""\
         import pyads, threading
         seen = threading.Event()
         with pyads.Connection("{station.net_id}", 851, "{station.host}") as plc:
             @plc.notification(pyads.PLCTYPE_LINT)
             def note(handle, name, timestamp, value):
-                print(value, flush=True)
+                print(f"{{value}}\\n", end="", flush=True)
                 if value == 42:
                     seen.set()
             handles = plc.add_device_notification("GVL.nLint", pyads.NotificationAttrib(8), note)
+            print("subscribed\\n", end="", flush=True)
             seen.wait()
             plc.del_device_notification(*handles)
         """)
@@ -208,13 +213,14 @@ def test_a_notification_reaches_another_process(
         [sys.executable, "-c", subscriber], stdout=subprocess.PIPE, text=True
     ) as other:
         assert other.stdout is not None
-        assert other.stdout.readline() == "1\n"
+        line = other.stdout.readline()
+        assert (other.stdout.readline() if line == "1\n" else line) == "subscribed\n"
         plc.write_by_name("GVL.nLint", 42, pyads.PLCTYPE_LINT)
-        assert other.stdout.read() == "42\n"
+        assert other.stdout.read().removeprefix("1\n") == "42\n"
         assert other.wait() == 0
-    until(lambda: len(own) >= 2)
+    until(lambda: own[-1:] == [42])
     plc.del_device_notification(*handles)
-    assert own == [1, 42]
+    assert own in ([1, 42], [42])
 
 
 def test_the_plc_stops_and_runs_on_command(
