@@ -32,13 +32,16 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-__all__ = ["PIPES", "WarmCommands", "is_supported", "warm_commands"]
+__all__ = ["EXECUTABLE", "PIPES", "WarmCommands", "is_supported", "warm_commands"]
 
 PIPES: dict[str, Any] = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
 """Options for commands whose output is read."""
 
 SHARED = "ACHSE_TESTS_COMMANDS"
 """Environment variable: folder of a server that all workers of a run share."""
+
+EXECUTABLE = "ACHSE_TESTS_EXECUTABLE"
+"""Environment variable: interpreter with which a command starts others, in place of this one."""
 
 CPU: list[float] = []
 """CPU seconds of the commands that have ended: they are no children of this process."""
@@ -276,6 +279,7 @@ class Server:
         os.environ.clear()
         os.environ.update(environment)
         sys.argv = ["achse", *words]
+        sys.executable = environment.get(EXECUTABLE, sys.executable)
 
     def watch(self, line: socket.socket, pid: int) -> None:
         """Report the end of the process; kill it when its caller is gone."""

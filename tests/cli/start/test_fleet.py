@@ -8,6 +8,7 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -15,6 +16,7 @@ from typer.testing import CliRunner
 
 from achse.cli.app import app
 from achse.cli.start.fleet_record import fleets
+from tests.warm_commands import EXECUTABLE, WarmCommands
 
 
 @pytest.fixture(autouse=True)
@@ -24,6 +26,27 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     yield tmp_path
     for record in fleets():
         os.kill(record.pid, signal.SIGTERM)
+
+
+@pytest.fixture
+def forked(monkeypatch: pytest.MonkeyPatch, warm_commands: WarmCommands) -> Iterator[None]:
+    """The supervisor and the processes that it starts are forked from one that has loaded achse."""
+    started: list[subprocess.Popen[str]] = []
+    closed = SimpleNamespace(fileno=lambda: -1)
+
+    def popen(words: list[str], **options: Any) -> "subprocess.Popen[str]":
+        started.append(warm_commands.popen(*words[3:], **options))
+        return started[-1]
+
+    module = SimpleNamespace(Popen=popen, DEVNULL=subprocess.DEVNULL)
+    monkeypatch.setattr("achse.cli.start.fleet.subprocess", module)
+    monkeypatch.setattr(sys, "executable", str(warm_commands.python))
+    monkeypatch.setenv(EXECUTABLE, str(warm_commands.python))
+    yield
+    for each in started:
+        if getattr(each, "line", closed).fileno() >= 0:
+            each.returncode = None  # achse says that it has ended: it is not waited for
+            each.wait()
 
 
 @pytest.fixture
@@ -50,7 +73,7 @@ def _fleet(folder: Path, port: int, more: str = "") -> str:
     return str(file)
 
 
-def test_a_fleet_from_up_to_down(folder: Path, listener: socket.socket) -> None:
+def test_a_fleet_from_up_to_down(folder: Path, listener: socket.socket, forked: None) -> None:
     pytest.importorskip("aiomqtt")
     file = _fleet(folder, listener.getsockname()[1])
     told = json.loads(_cli("up", file, "-d", "--json").stdout)
@@ -88,7 +111,9 @@ def test_in_the_foreground_it_ends_by_a_signal(folder: Path, listener: socket.so
         pass
 
 
-def test_stations_that_do_not_start_are_told(folder: Path, listener: socket.socket) -> None:
+def test_stations_that_do_not_start_are_told(
+    folder: Path, listener: socket.socket, forked: None
+) -> None:
     pytest.importorskip("aiomqtt")
     file = _fleet(folder, listener.getsockname()[1])
     (folder / "press.toml").write_text(f"[router]\ntcp_port = {listener.getsockname()[1]}\n")
