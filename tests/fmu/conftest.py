@@ -7,6 +7,7 @@ import pytest
 
 from achse.fmu import Export, export
 from achse.fmu.variables import VariableChoice
+from tests.fmu.shims import kept_shims
 
 STATION = """
 name = "cell"
@@ -73,4 +74,5 @@ def unit(compiler: str, tmp_path_factory: pytest.TempPathFactory) -> Export:
     folder = tmp_path_factory.mktemp("cell")
     (folder / "cell.st").write_text(PROGRAM, encoding="utf-8")
     (folder / "station.toml").write_text(STATION)
-    return export(folder / "station.toml", choice=CHOICE)
+    with kept_shims():
+        return export(folder / "station.toml", choice=CHOICE)

@@ -2,6 +2,7 @@
 
 import json
 import zipfile
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -9,6 +10,13 @@ from typer.testing import CliRunner
 
 from achse.cli.app import app
 from tests.fmu.conftest import PROGRAM, STATION
+from tests.fmu.shims import kept_shims
+
+
+@pytest.fixture(autouse=True)
+def shims() -> Iterator[None]:
+    with kept_shims():
+        yield
 
 
 @pytest.fixture
