@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree as Tree
 
-import jsonschema
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -17,6 +16,7 @@ from achse.cli.failure import dumped
 from achse.cli.test.reports import Finding, Level, github_lines, junit_document, path_of, sarif_log
 from achse.st.lexis.codes import Code
 from achse.st.lexis.source import Diagnostic, Location
+from tests.json_schemas import validate
 
 PROGRAM = """\
 PROGRAM MAIN
@@ -128,7 +128,7 @@ def test_sarif_has_rules_regions_and_relative_uris(folder: Path) -> None:
     result = checked(folder, "--format", "sarif")
     assert result.exit_code == 1
     log = json.loads(result.stdout)
-    jsonschema.validate(log, SARIF)
+    validate(log, SARIF)
     (run,) = log["runs"]
     assert [rule["id"] for rule in run["tool"]["driver"]["rules"]] == ["ST3001", "ST4101"]
     shown = [
@@ -227,7 +227,7 @@ _FINDINGS = st.lists(
 @given(findings=_FINDINGS, problem=_WORDS)
 def test_any_finding_makes_a_valid_report(findings: list[Finding], problem: str) -> None:
     project = Path("plant")
-    jsonschema.validate(json.loads(json.dumps(sarif_log(project, findings, problem))), SARIF)
+    validate(json.loads(json.dumps(sarif_log(project, findings, problem))), SARIF)
     json.loads(
         dumped(
             sarif_log(project, findings, problem), io.TextIOWrapper(io.BytesIO(), encoding="utf-8")
