@@ -55,6 +55,7 @@ _CHUNK = 1 << 16
 _ZEROS = bytes(_CHUNK)
 
 _GROWING = (Area.RETAIN, Area.DATA)
+_OF_CALLS = (Area.STACK, Area.HEAP)
 
 
 class AreaFullError(ValueError):
@@ -203,8 +204,8 @@ class Region:
         self._retained_slices.append(slice(offset, offset + size))
 
     def hold_initial(self) -> None:
-        """Take the present content as what `reset` restores."""
-        self._initial = dict(_pieces(self.data))
+        """Take the present content as what `reset` restores; stack and heap begin with zeros."""
+        self._initial = {} if self.area in _OF_CALLS else dict(_pieces(self.data))
 
     def initial(self, offset: int, length: int) -> bytes:
         """Return the start values of these bytes after a reset. MemoryRangeError unless all of them

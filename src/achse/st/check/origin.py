@@ -21,8 +21,10 @@ def origin_of(
     sources = {id(entry.source): entry.source for entry in entries.values()}
     for source in sources.values():
         found.update(source.content_digest + f"{source.library}\0".encode())
-    # Which of their parts count can depend on names that were defined for the parser.
-    found.update(" ".join(f"{name}:{entry.at}" for name, entry in entries.items()).encode())
+    # Which of their parts count can depend on names that were defined for the parser, but not in
+    # the libraries that achse has.
+    own = (f"{name}:{entry.at}" for name, entry in entries.items() if not entry.is_built_in)
+    found.update(" ".join(own).encode())
     for owner, name, value in names.constants.known():
         found.update(f"{owner} {name} {value!r}\0".encode("utf-8", "surrogatepass"))
     for name, type in names.predefined.handed_in.items():

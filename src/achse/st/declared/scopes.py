@@ -7,12 +7,12 @@ import re
 from collections.abc import Callable, Container, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple, TypeAlias, TypeVar
+from typing import Any, TypeAlias, TypeVar
 
 from achse import libraries
 from achse.iec.errors import IecError
 from achse.iec.types import IecType
-from achse.st.declared.standard import LibraryFile
+from achse.st.declared.standard import LibraryFile, LibraryUnit
 from achse.st.lexis.codes import Code
 from achse.st.lexis.source import Diagnostic, Source
 from achse.st.syntax.cursor import Unexpected
@@ -52,13 +52,6 @@ class Failed(Exception):
     """Something needed is at fault itself; that was reported in its place."""
 
 
-class LibraryUnit(NamedTuple):
-    """A unit of a library whose source may not be parsed yet."""
-
-    file: LibraryFile
-    number: int
-
-
 @dataclass(slots=True, eq=False)
 class DeclaredUnit:
     """A declared unit: `name` with its name space, and the type made of it once it is."""
@@ -71,7 +64,7 @@ class DeclaredUnit:
     building: bool = False
     failed: bool = False
     type: IecType[Any] | None = None
-    is_built_in: bool = field(init=False)
+    is_built_in: bool = False
     """True if the unit is of a library that achse has."""
 
     @property
@@ -86,9 +79,6 @@ class DeclaredUnit:
     def is_used(self) -> bool:
         """True if its syntax tree was needed; always True for units of the user."""
         return not isinstance(self._tree, LibraryUnit)
-
-    def __post_init__(self) -> None:
-        self.is_built_in = isinstance(self._tree, LibraryUnit)
 
     def declare_again(self, tree: Unit | LibraryUnit, source: Source) -> None:
         """Forget the type, which is made again of a tree."""
@@ -255,11 +245,27 @@ class Scopes:
         """
         ranks = {name: rank for rank, name in enumerate(self._references.get("", ()))}
         for file in sorted(files, key=lambda file: ranks.get(file.source.library, len(ranks))):
-            for number, outline in enumerate(file.outlines):
-                if outline.kind == Namespace.__name__:
-                    self._add_unit(file.unit(number), file.source, "", True)
-                else:
-                    self._add(outline, LibraryUnit(file, number), file.source, "", True)
+            self._add_file(file)
+
+    def _add_file(self, file: LibraryFile) -> None:
+        source, library = file.source, file.source.library
+        entries, before = self.entries, self._earlier
+        own = self._of_libraries.setdefault(library.lower(), {})
+        if source.namespace:
+            self._of_libraries.setdefault(source.namespace.lower(), own)
+        for key, outline, tree in file.listed:
+            if outline.kind == Namespace.__name__:
+                self._add_unit(tree.file.unit(tree.number), source, "", True)
+                continue
+            entry = before.get(key)
+            if key in entries or (entry and entry.source is not source) or key.startswith("__"):
+                self._add(outline, tree, source, "", True)
+                continue
+            if entry is None:
+                entry = DeclaredUnit(outline.name, tree, source, library, True, is_built_in=True)
+            entries[key] = own[key] = entry
+            if outline.variables or outline.properties or outline.values:
+                self._add_contents(outline, entry)
 
     def _add_unit(self, unit: Unit, source: Source, space: str, is_library: bool) -> None:
         if isinstance(unit, Namespace):
@@ -305,6 +311,7 @@ class Scopes:
         entry = self._earlier.get(name.lower())
         if entry is None or entry.is_library != is_library or entry.space != (space or library):
             entry = DeclaredUnit(name, tree, source, space or library, is_library)
+            entry.is_built_in = isinstance(tree, LibraryUnit)
         elif not entry.is_declared_by(tree, source):
             entry.declare_again(tree, source)
         self.entries[name.lower()] = entry
@@ -313,6 +320,9 @@ class Scopes:
             own[key] = entry
             if source.namespace:
                 self._of_libraries.setdefault(source.namespace.lower(), own)
+        self._add_contents(unit, entry)
+
+    def _add_contents(self, unit: UnitOutline, entry: DeclaredUnit) -> None:
         for key in unit.variables:
             self.globals.setdefault(key, []).append(entry)
         for key in unit.properties:

@@ -12,7 +12,7 @@ import os
 import sys
 from collections.abc import Sequence
 from functools import cache, cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 from achse import libraries
 from achse.native.backend.cache import ObjectCache
@@ -58,9 +58,24 @@ class LibraryFile:
             return self._outlines
         return tuple(outline_of(unit) for unit in self.parsed.units)
 
+    @cached_property
+    def listed(self) -> "Sequence[tuple[str, UnitOutline, LibraryUnit]]":
+        """Each unit by its name in lower case, with its outline."""
+        return tuple(
+            (outline.name.lower(), outline, LibraryUnit(self, number))
+            for number, outline in enumerate(self.outlines)
+        )
+
     def unit(self, number: int) -> Unit:
         """The syntax tree of a unit, by its number in `outlines`."""
         return self.parsed.units[number]
+
+
+class LibraryUnit(NamedTuple):
+    """A unit of a library whose source may not be parsed yet."""
+
+    file: LibraryFile
+    number: int
 
 
 @cache
