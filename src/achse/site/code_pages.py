@@ -8,6 +8,7 @@ import html
 import json
 import re
 from collections.abc import Iterable, Iterator
+from functools import lru_cache
 from pathlib import Path
 from typing import NamedTuple
 
@@ -125,20 +126,28 @@ def framed(frame: str, page: CodePage, beside: Iterable[CodePage]) -> str:
 
     Raises ValueError if the frame lacks a part that is to be replaced.
     """
-    title = html.escape(page.title)
-    article = _article(page, beside)
+    before, between, after = _around(frame, page.table)
+    title, article = html.escape(page.title), _article(page, beside)
+    return f"{before}{title}{between}{article}{after}"
+
+
+@lru_cache(1)  # hundreds of pages have one frame, one after the other
+def _around(frame: str, table: str) -> tuple[str, str, str]:
+    """Return what is before the title, between title and article, and after the article."""
+    mark = "\0"
     for pattern, text in (
-        (_TITLE, f"<title>{title} - achse</title>"),
+        (_TITLE, f"<title>{mark} - achse</title>"),
         (_SIDEBARS, ""),
         (_DRAWER, ""),
         (_SKIP, '<a href="#code" class="md-skip">'),
-        (_ARTICLE, f'<article class="md-content__inner md-typeset">{article}</article>'),
+        (_ARTICLE, f'<article class="md-content__inner md-typeset">{mark}</article>'),
     ):
         part = pattern.search(frame)
         if part is None:
-            raise ValueError(f"page of {page.table}: expected {pattern.pattern[:40]!r}")
+            raise ValueError(f"page of {table}: expected {pattern.pattern[:40]!r}")
         frame = frame[: part.start()] + text + frame[part.end() :]
-    return _NEIGHBOUR.sub("", frame)
+    before, between, after = _NEIGHBOUR.sub("", frame).split(mark)
+    return before, between, after
 
 
 def linked(frame: str, pages: Iterable[CodePage]) -> str:

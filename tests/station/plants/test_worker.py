@@ -3,6 +3,8 @@
 import json
 import socket
 import struct
+import subprocess
+import sys
 import threading
 from collections.abc import Iterator
 from pathlib import Path
@@ -71,3 +73,17 @@ def test_cut_message_is_the_end() -> None:
         ours.sendall(HEADER.pack(0, 10) + b"half")
         ours.shutdown(socket.SHUT_WR)
         assert receive(theirs) is None
+
+
+def test_the_process_of_a_unit_loads_no_simulation() -> None:
+    """A unit starts in a third of the time; what a worker needs of FMPy is there."""
+    code = """
+import sys
+from achse.station.plants.worker import spare_simulation
+spare_simulation()
+from fmpy import fmi2, fmi3, logging
+assert callable(fmi2.FMU2Slave) and callable(fmi3.FMU3Slave) and callable(logging.addLoggerProxy)
+print("numpy" in sys.modules, sys.modules["fmpy.simulation"].simulate_fmu)
+"""
+    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert (run.stdout, run.stderr) == ("False None\n", "")
