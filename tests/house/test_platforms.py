@@ -1,6 +1,7 @@
 """Names that Windows lacks are guarded; a station runs without them."""
 
 import ast
+import re
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -9,6 +10,12 @@ from pathlib import Path
 import pytest
 
 from tests.house.as_windows import MODULES, NAMES
+from tests.house.sources import Texts
+
+OWNERS = "|".join(module.__name__ for module in NAMES)
+MEMBERS = "|".join(name for names in NAMES.values() for name in names)
+LACKING = re.compile(rf"\b(?:{'|'.join(MODULES)}|(?:{OWNERS})\s*\.\s*(?:{MEMBERS}))\b")
+"""What a text has that needs a look at its syntax tree."""
 
 GUARDS = ("sys.platform", "os.name", "hasattr(", "getattr(", "except ImportError")
 
@@ -26,13 +33,14 @@ def needs(tree: ast.Module) -> Iterator[str]:
                 yield module
 
 
-def test_names_that_windows_lacks_are_guarded(root: Path) -> None:
+def test_names_that_windows_lacks_are_guarded(modules: list[Path], texts: Texts) -> None:
     open_ones = {}
-    for path in sorted((root / "src").rglob("*.py")):
-        text = path.read_text(encoding="utf-8")
-        used = sorted(set(needs(ast.parse(text))))
-        if used and not any(guard in text for guard in GUARDS):
-            open_ones[str(path.relative_to(root))] = used
+    for path in modules:
+        text = texts[path]
+        if any(guard in text for guard in GUARDS) or not LACKING.search(text):
+            continue
+        if used := sorted(set(needs(ast.parse(text)))):
+            open_ones[str(path)] = used
     assert open_ones == {}
 
 
