@@ -1,7 +1,10 @@
 """A bench for emitted code: variables of a program, statements, and what they come to."""
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+import ctypes
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import lru_cache
+from mmap import PAGESIZE, mmap
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -37,6 +40,14 @@ _SMALL = tuple(area for area in Area if area is not Area.HEAP)
 
 _CHUNK = 1 << 16
 """Bytes that are compared at once."""
+
+
+PAGES = Path("/proc/self/pagemap")
+_ENTRY = 8
+"""Bytes of each page there."""
+
+_IN_USE = 0x40
+"""Bits of the last byte: the page is in memory, or was moved out."""
 
 
 class Bench:
@@ -167,7 +178,9 @@ class Ran:
             twin.plc.reset()
             twin.plc.run()
         for area in Area:
-            twin.plc.memory[area].restore(self.plc.memory[area].data)
+            here, there = self.plc.memory[area].data, twin.plc.memory[area].data
+            for start, ours, _ in _differences(here, there):
+                there[start : start + len(ours)] = ours
 
     def _compare(self, twin: "Ran", areas: Iterable[Area] = Area) -> None:
         ours, theirs = self.plc.fault, twin.plc.fault
@@ -179,10 +192,8 @@ class Ran:
         for area in areas:
             here, there = self.plc.memory[area].data, twin.plc.memory[area].data
             assert len(here) == len(there)
-            for start in range(0, len(here), _CHUNK):
-                ours_here, theirs_here = here[start : start + _CHUNK], there[start : start + _CHUNK]
-                if ours_here != theirs_here:
-                    _raise_difference(area, start, ours_here, theirs_here)
+            for start, ours_here, theirs_here in _differences(here, there):
+                _raise_difference(area, start, ours_here, theirs_here)
 
     def __getitem__(self, path: str) -> Any:
         """A variable of the program as a plain value."""
@@ -197,6 +208,34 @@ class Ran:
         assert self.plc.state is PlcState.EXCEPTION
         assert self.plc.fault is not None, self.plc.failure
         return self.plc.fault
+
+
+def _differences(here: Buffer, there: Buffer) -> Iterator[tuple[int, Buffer, Buffer]]:
+    """Yield the chunks that differ, with their offset."""
+    for start in sorted({*_touched(here), *_touched(there)}):
+        ours, theirs = here[start : start + _CHUNK], there[start : start + _CHUNK]
+        if ours != theirs:
+            yield start, ours, theirs
+
+
+def _touched(data: Buffer) -> Iterable[int]:
+    """Return the offsets of chunks; of sparse memory, of those in which a page was ever used: the
+    others are zeros, and looking at them would give them pages."""
+    starts = range(0, len(data), _CHUNK)
+    if not isinstance(data, mmap) or not PAGES.exists():
+        return starts
+    address = ctypes.addressof(ctypes.c_char.from_buffer(data))
+    with PAGES.open("rb", buffering=0) as pages:
+        pages.seek(address // PAGESIZE * _ENTRY)
+        last_bytes = pages.read(len(data) // PAGESIZE * _ENTRY)[_ENTRY - 1 :: _ENTRY]
+    if max(last_bytes, default=0) < _IN_USE:
+        return ()
+    each = _CHUNK // PAGESIZE
+    return [
+        start
+        for number, start in enumerate(starts)
+        if max(last_bytes[number * each : (number + 1) * each]) >= _IN_USE
+    ]
 
 
 def _raise_difference(area: Area, start: int, here: Buffer, there: Buffer) -> None:
