@@ -238,14 +238,14 @@ class Reader:
             if shell is not None:
                 jobs = shell.end()
                 assert jobs == "", f"{self.page} leaves running: {jobs}"
-                left = self._achse("stop", "--all")
+                left = self._stop_all()
                 assert left == "no detached station runs\n", f"{self.page} leaves running: {left}"
-                for log in Path(self.environment["ACHSE_RUNTIME_DIR"]).glob("*.log"):
+                for log in self.runtime.glob("*.log"):
                     assert "Traceback" not in log.read_text(), log.read_text()
         finally:
             if shell is not None:
                 shell.kill()
-                self._achse("stop", "--all")
+                self._stop_all()
             if self._python is not None:
                 self._python.communicate()
 
@@ -288,14 +288,22 @@ class Reader:
             "PYTEST_PLUGINS": "achse.testing.plugin",
             "NODE_PATH": str(NPM / "node_modules"),
             "ACHSE_CERTIFICATES": str(self.folder / "own"),
-            "ACHSE_RUNTIME_DIR": str(self.folder.parent / "runtime"),
+            "ACHSE_RUNTIME_DIR": str(self.runtime),
             "ACHSE_HOST": self.host,
             ABSENT: ",".join(sorted(absent_modules(text))),
         }
 
-    def _achse(self, *arguments: str) -> str:
+    @property
+    def runtime(self) -> Path:
+        """The folder in which detached stations have their files."""
+        return self.folder.parent / "runtime"
+
+    def _stop_all(self) -> str:
+        """Stop the detached stations of the page; without a file there was none."""
+        if not self.runtime.exists() or not any(self.runtime.iterdir()):
+            return "no detached station runs\n"
         return subprocess.run(
-            [shutil.which("achse", path=self.environment["PATH"]) or "achse", *arguments],
+            [shutil.which("achse", path=self.environment["PATH"]) or "achse", "stop", "--all"],
             env=self.environment,
             stdout=subprocess.PIPE,
             text=True,
