@@ -205,7 +205,10 @@ class _Declarer:
         self._names.check_pointers()
         if self._names.unknown_types:
             self._tell_all_missing(own)
-        for name, (address, source) in self._names.config_addresses.items():
+        for name, (address, source) in list(self._names.config_addresses.items()):
+            if name[0] == ".":
+                continue  # A list that TwinCAT 2 wrote may be out of date: the checker warns.
+            del self._names.config_addresses[name]
             self._scopes.report(
                 source, address.at, f"no variable '{name}' waits for an address", Code.BAD_ADDRESS
             )
@@ -320,7 +323,7 @@ class _Declarer:
                         "VAR_CONFIG gives an address: AT %…",
                         Code.BAD_ADDRESS,
                     )
-                elif name.name.count(".") != 1:
+                elif name.name.count(".") != 1:  # `MAIN.a`, `GVL.a`, or `.a` of some list.
                     reach = "VAR_CONFIG reaches the variables of programs and lists only"
                     self._scopes.report(entry.source, name.at, reach, Code.BAD_ADDRESS)
                 else:

@@ -146,3 +146,15 @@ def test_an_interface_cannot_extend_itself(typed: Typed) -> None:
     text = "INTERFACE I_A EXTENDS I_B\nEND_INTERFACE\nINTERFACE I_B EXTENDS I_A\nEND_INTERFACE\n"
     found = [fault.message for fault in typed(text).faults]
     assert found == ["interface I_A extends itself", "interface I_B extends itself"]
+
+
+def test_an_address_of_var_config_without_a_variable_is_a_warning(typed: Typed) -> None:
+    project = typed(
+        """
+        VAR_GLOBAL a AT %I* : BOOL; b : BOOL; END_VAR
+        VAR_CONFIG .a AT %IX0.0 : BOOL; .b AT %IX0.1 : BOOL; END_VAR
+        """
+    )
+    assert [one.message for one in project.warnings] == [
+        "no global variable b is declared AT %I*, %Q* or %M*"
+    ]

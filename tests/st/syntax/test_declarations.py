@@ -120,6 +120,7 @@ def test_other_spellings(text: str, expected: str) -> None:
         "VAR_GLOBAL CONSTANT a : INT := 1; END_VAR",
         "VAR_GLOBAL RETAIN a : INT; END_VAR VAR_GLOBAL PERSISTENT RETAIN b : INT; END_VAR",
         "VAR_CONFIG MAIN.fb.bIn AT %IX0.0 : BOOL; END_VAR",
+        "VAR_CONFIG .bIn AT %IX0.0 : BOOL; MAIN.bOut AT %QX0.0 : BOOL; END_VAR",
         "VAR_GLOBAL {attribute 'hide'} a : INT; END_VAR",
     ],
 )

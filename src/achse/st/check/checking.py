@@ -207,6 +207,9 @@ class Checking:
         for entry in own:
             self._guarded(entry, self._begin)
         self._work()
+        for path, (address, source) in self.names.config_addresses.items():
+            message = f"no global variable {path[1:]} is declared AT %I*, %Q* or %M*"
+            self.warn(source, address.at, message, Code.ADDRESS_UNUSED)
         self._routine_by_key = {
             checked.body.signature.key: checked.routine() for checked in self._checked
         }

@@ -288,7 +288,13 @@ class Records:
                 initial,
                 name=item.name,
                 section=_SECTIONS.get(block.section, Section.LOCAL),
-                at=self._types.address_of(f"{scope.owner}.{item.name}", tree.address) or "",
+                at=self._types.address_of(
+                    scope.owner,
+                    item.name,
+                    tree.address,
+                    is_global=block.section == "VAR_GLOBAL",
+                )
+                or "",
                 retain="RETAIN" in qualifiers,
                 persistent="PERSISTENT" in qualifiers,
                 constant="CONSTANT" in qualifiers,

@@ -93,7 +93,8 @@ class Resolver:
         self.constants = NamedConstants(self.scopes, self, self.predefined, constants)
         self.rules = rules
         self.config_addresses: dict[str, tuple[DirectAddress, Source]] = {}
-        """Addresses that VAR_CONFIG gives, by `main.nspeed`, until their variable takes them."""
+        """Addresses that VAR_CONFIG gives, by `main.nspeed`, or by `.nspeed` of a global variable,
+        until their variable takes them."""
         self._pointers: list[tuple[PointerType, Scope, int]] = []
         self._dangling: list[PointerType] = []
         self.blocks_do_nothing = False
@@ -495,17 +496,22 @@ class Resolver:
 
     # where variables are ---------------------------------------------------------------------
 
-    def address_of(self, name: str, address: DirectAddress | None) -> Place | None:
+    def address_of(
+        self, owner: str, name: str, address: DirectAddress | None, *, is_global: bool
+    ) -> Place | None:
         """Return the place of a variable with a direct address, completed by VAR_CONFIG; else
         None."""
         if address is None:
             return None
-        found = self._parsed(address)
-        if found.byte is None and name.lower() in self.config_addresses:
-            given, source = self.config_addresses.pop(name.lower())
-            with self.scopes.inside(source):
-                return self._parsed(given)
-        return found
+        place = self._parsed(address)
+        if place.byte is None and self.config_addresses:
+            paths = [f"{owner}.{name}".lower()] + [f".{name}".lower()] * is_global
+            for path in paths:
+                if path in self.config_addresses:
+                    given, source = self.config_addresses.pop(path)
+                    with self.scopes.inside(source):
+                        return self._parsed(given)
+        return place
 
     def _parsed(self, address: DirectAddress) -> Place:
         return self.scopes.made(lambda: Place.parse(address.text), address.at)

@@ -54,6 +54,7 @@ class Code(StrEnum):
     DIVISION_BY_ZERO = "ST2018"
     BAD_BASE = "ST2019"
     BAD_DECLARATION = "ST2020"
+    ADDRESS_UNUSED = "ST2101"
 
     # ST3: names
     UNKNOWN_NAME = "ST3001"

@@ -262,15 +262,18 @@ class DeclarationParser:
             qualifiers.append(self._words[cursor.position].upper())
             cursor.position += 1
         note = cursor.note(first, first)
-        variables = self._declarations(frozenset())
+        variables = self._declarations(frozenset(), is_config=section == "VAR_CONFIG")
         if cursor.take("END_VAR"):
             cursor.take(";")
         else:
             cursor.report(cursor.unexpected("the name of a variable or END_VAR"))
         return VarBlock(section, tuple(qualifiers), variables, note, at)
 
-    def _declarations(self, ends: frozenset[str]) -> tuple[Declaration, ...]:
-        """Declarations up to a word of `ends` or of a block."""
+    def _declarations(
+        self, ends: frozenset[str], *, is_config: bool = False
+    ) -> tuple[Declaration, ...]:
+        """Declarations up to a word of `ends` or of a block; VAR_CONFIG has `.a` for a global
+        variable."""
         cursor = self._cursor
         found: list[Declaration] = []
         kinds = self._kinds
@@ -287,7 +290,7 @@ class DeclarationParser:
                 if kind != NAME or kinds[position + 1] in _IN_STATEMENTS:
                     if not ends and self._is_body():
                         return tuple(found)
-                    if kind != NAME:
+                    if kind != NAME and not (is_config and kind == "."):
                         raise cursor.unexpected("the name of a variable")
                 found.append(self._declaration())
             except Unexpected as fault:
@@ -329,7 +332,10 @@ class DeclarationParser:
         if kind == ":":
             cursor.position = first + 2
         else:
-            if kind == ".":
+            if kinds[first] == ".":
+                path = cursor.path()
+                names = [Name(f".{path.name}", path.at)]
+            elif kind == ".":
                 cursor.position = first
                 names = [cursor.path()]
             while cursor.take(","):
