@@ -53,6 +53,19 @@ def test_comparisons_of_several_values_hold_from_each_to_the_next(
     assert drawn("n : INT := 7; q : BOOL;", assign(node, "q")).cycle()["q"] == bool(expected)
 
 
+@pytest.mark.parametrize(
+    ("type", "call", "expected"),
+    [("&", "Ampersand", 4), (">", "Greater", 1), ("<", "Less", 0), ("-", "X", 1), ("<>", "X", 1)],
+)
+def test_a_sign_as_the_type_of_a_box_counts_before_its_kind(
+    type: str, call: str, expected: int
+) -> None:
+    node = box(type, contact("a"), contact("b"), call=call)
+    result = "BOOL" if type in "<>" else "INT"
+    plc = drawn(f"a : INT := 5; b : INT := 4; q : {result};", assign(node, "q"))
+    assert plc.cycle()["q"] == expected
+
+
 def test_outputs_of_a_block_go_to_plain_negated_set_and_reset_targets() -> None:
     block = """FUNCTION_BLOCK FB VAR_INPUT i : BOOL; k : INT := 5; END_VAR
     VAR_OUTPUT o, p, r, s : BOOL; m : INT; END_VAR

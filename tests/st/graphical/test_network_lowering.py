@@ -34,8 +34,8 @@ from tests.st.graphical.drawings import (
 HEAD = "PROGRAM MAIN\nVAR\n{}\nEND_VAR"
 
 
-def drawn(variables: str, *items: str, view: str = "Ld") -> Drawn:
-    return Drawn(unit(HEAD.format(variables), networks(*items, view=view)))
+def drawn(variables: str, *items: str, view: str = "Ld", others: tuple[str, ...] = ()) -> Drawn:
+    return Drawn(unit(HEAD.format(variables), networks(*items, view=view)), *others)
 
 
 def test_contacts_in_parallel_and_series_feed_a_coil_and_a_negated_one() -> None:
@@ -79,6 +79,39 @@ def test_eno_enables_the_next_box() -> None:
     add = box("ADD", contact("x"), contact("1"), en=move, outputs=[("ENO", None), ("''", "y")])
     plc = drawn("en, lamp : BOOL; src, x, y : INT;", network(assign(add, "lamp")))
     plc.rows("en src", "x y lamp", ["0 5 | 0 0 0", "1 5 | 5 6 1", "0 9 | 5 6 0", "1 9 | 9 10 1"])
+
+
+def test_an_operator_with_en_assigns_its_result_while_en_is_true() -> None:
+    add = box("ADD", contact("n"), contact("1"), en=contact("x"), eno=False, outputs=[("", None)])
+    plc = drawn("x : BOOL; n : INT;", network(assign(add, "n")), view="Fbd")
+    plc.rows("x", "n", ["0 | 0", "1 | 1", "0 | 1", "1 | 2"])
+
+
+def test_en_of_an_older_editor_shows_by_its_name() -> None:
+    null = ('<v n="EN">true</v>', '<n n="EN" />'), ('<v n="ENO">false</v>', '<n n="ENO" />')
+    timer = box("TON", contact("TRUE"), contact("T#0MS"), en=contact("x"), eno=False, instance="t",
+                call="FunctionBlock", names=["IN", "PT"], outputs=[("Q", None)])  # fmt: skip
+    for old, new in null:
+        assert old in timer
+        timer = timer.replace(old, new)
+    plc = drawn("x, q : BOOL; t : TON;", network(assign(timer, "q")), view="Fbd")
+    plc.rows("x", "q", ["0 | 0", "1 | 1"])
+
+
+def test_en_that_a_block_declares_itself_is_an_input() -> None:
+    block = """FUNCTION_BLOCK FB VAR_INPUT EN : BOOL; END_VAR VAR_OUTPUT n, m : INT; END_VAR
+    n := n + 1; IF EN THEN m := n; END_IF END_FUNCTION_BLOCK"""
+    call = box("FB", en=contact("x"), eno=False, instance="f", call="FunctionBlock",
+               outputs=[("n", "n"), ("m", "m")])  # fmt: skip
+    plc = drawn("x : BOOL; n, m : INT; f : FB;", network(call), others=(block,))
+    plc.rows("x", "n m", ["0 | 1 0", "1 | 2 2", "0 | 3 2"])
+
+
+def test_a_label_that_is_no_name_is_a_remark() -> None:
+    more = box("ADD", contact("n"), contact("1"), outputs=[("", None)])
+    twice = (network(assign(more, "n"), label="//Counts up") for _ in range(2))
+    plc = drawn("n : INT;", *twice, view="Fbd")
+    plc.rows("", "n", ["| 2", "| 4"])
 
 
 @pytest.mark.parametrize("sequential", [False, True])

@@ -58,6 +58,7 @@ _EXTENSIBLE = frozenset(["concat"])
 """Functions of two inputs in text whose boxes may have more."""
 _CONVERSION = re.compile(r"(?:[a-z]+\w*_)?to_[a-z]+\w*|trunc_\w+")
 _ALL_SIGNS = frozenset(_SIGNS.values())
+_KINDS = {"&": "and", **{sign: kind for kind, sign in _SIGNS.items() if kind != "minus"}}
 COMPARISONS = frozenset(("=", "<>", ">", ">=", "<", "<="))
 _FALSE = Literal("boolean", "FALSE")
 _START_VALUES = {
@@ -82,6 +83,11 @@ def sign_of_operator(name: str) -> str:
     return name if name in _ALL_SIGNS else _SIGNS.get(name.lower(), "")
 
 
+def operator_of(node: Box) -> str:
+    """The kind of a box in lower case: `and` too for a box `&`, `gt` for one `>`."""
+    return _KINDS.get(node.type, node.call.lower())
+
+
 def call_of_operator(name: str) -> str:
     """Return the kind of call of a box that is an operator or a function of the language, whose
     inputs have an order and no names; empty for the name of a unit."""
@@ -93,7 +99,7 @@ def call_of_operator(name: str) -> str:
 
 def sign_of(node: Box) -> str:
     """The sign of a box; empty for what is called like a function."""
-    return sign_of_operator(node.call)
+    return sign_of_operator(operator_of(node))
 
 
 def both(left: Expression | None, right: Expression, at: int) -> Expression:

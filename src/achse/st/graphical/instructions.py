@@ -85,7 +85,7 @@ class InstructionList:
         """Write all lines. Raises `Refused` and `Unexpected`."""
         writer = self._writer
         lines = iter(self._network.lines)
-        if self._network.label.lower() in self._carrying:
+        if self._network.target.lower() in self._carrying:
             self._value = writer.carried
         for number, line in enumerate(lines, 1):
             writer.where = f"network {self._network.number}, line {number}"

@@ -18,6 +18,7 @@ from achse.st.graphical.boxes import (
     BoxWriter,
     both,
     memory_of,
+    operator_of,
     sign_of,
 )
 from achse.st.graphical.instructions import InstructionList, needs_accumulator
@@ -38,6 +39,7 @@ from achse.st.graphical.networks import (
 from achse.st.graphical.writer import implicit_block
 from achse.st.lexis.codes import Code
 from achse.st.syntax.cursor import Unexpected
+from achse.st.syntax.nodes import changed
 from achse.st.syntax.tree import (
     Binary,
     Expression,
@@ -135,7 +137,7 @@ class _Lowering(BoxWriter):
         self._networks = networks.networks
         self._is_ladder = networks.view.lower() == "ld"
         self._carrying = {
-            one.label.lower() for one in self._networks if one.label and needs_accumulator(one)
+            one.target.lower() for one in self._networks if one.target and needs_accumulator(one)
         }
         self._wires: set[int] = set()
         self._number = 0
@@ -150,7 +152,7 @@ class _Lowering(BoxWriter):
     def _check_labels(self) -> None:
         taken: dict[str, int] = {}
         for network in self._networks:
-            key = network.label.lower()
+            key = network.target.lower()
             if not key or network.is_disabled:
                 continue
             if key in taken:
@@ -163,11 +165,11 @@ class _Lowering(BoxWriter):
         self._number = network.number
         self._wires.clear()
         self.where = f"network {network.number}"
-        if network.label:
-            self.out.append(Label(network.label, self.at(network.at)))
+        if network.target:
+            self.out.append(Label(network.target, self.at(network.at)))
         if network.lines:
             following = self._networks[network.number : network.number + 1]
-            leads_on = any(one.label and one.label.lower() in self._carrying for one in following)
+            leads_on = any(one.target.lower() in self._carrying for one in following)
             InstructionList(self, network, self._carrying, leads_on=leads_on).write()
         for number, item in enumerate(network.items, 1):
             self.where = f"network {network.number}, rung {number}"
@@ -199,6 +201,8 @@ class _Lowering(BoxWriter):
         leaves = Modifier.JUMP | Modifier.RETURN
         if is_open and not any(target.modifiers & leaves for target in node.targets):
             return power
+        if isinstance(node.value, Box) and self._is_gated(node.value):
+            return self._gated(node, node.value, power)
         value = self._flow(node.value, power)
         if value is None:
             value = Literal("boolean", "TRUE", at)
@@ -207,6 +211,27 @@ class _Lowering(BoxWriter):
         for target in node.targets:
             self.store(target, value)
         return value
+
+    def _is_gated(self, box: Box) -> bool:
+        """Return True for an operator with EN whose result is assigned, if EN is TRUE."""
+        shows_eno = box.enable_output is not None and box.enable_output.is_read
+        return box.enable is not None and not box.is_call and not shows_eno
+
+    def _gated(self, node: Assignment, box: Box, power: Expression | None) -> Expression | None:
+        """Write an operator with EN and what its result is assigned to."""
+        at = self.at(node.at, f"box {box.type}")
+        enable = self._enable(box, power, at)
+        value = self.modified(
+            self.operator(box, self._inputs(box, None), at), box.modifiers, str(box.id), at
+        )
+
+        def store() -> None:
+            self.assign_outputs(box, value)
+            for target in node.targets:
+                self.store(target, value)
+
+        self.when(enable, store, at)
+        return enable
 
     def _define(self, node: NetworkWire) -> None:
         """Write the value of a wire into its variable."""
@@ -268,16 +293,32 @@ class _Lowering(BoxWriter):
         name = f"{node.type} {node.instance}".rstrip()
         at = self.at(node.at, f"box {name}")
         if node.enable is not None:
-            return self._enabled(node, power, at, is_read=is_read)
+            if not self._declares_enable(node):
+                return self._enabled(node, power, at, is_read=is_read)
+            outputs = (node.enable_output,) if node.enable_output else ()
+            node = changed(
+                node,
+                inputs=(node.enable, *node.inputs),
+                outputs=(*outputs, *node.outputs),
+                enable=None,
+                enable_output=None,
+            )
         if not node.is_call:
             return self._without_enable(node, power, at)
         inputs = self._inputs(node, power)
         value = self.executed(node, inputs, at, is_read=is_read)
         return None if value is None else self.modified(value, node.modifiers, str(node.id), at)
 
+    def _declares_enable(self, node: Box) -> bool:
+        """Return True if EN of a box is an input that its block declares itself."""
+        if node.call != "FunctionBlock" or any(pin.name.upper() == "EN" for pin in node.inputs):
+            return False
+        pins = self.scope.pins(node.type)
+        return pins is not None and any(name.upper() == "EN" for name in pins.inputs)
+
     def _without_enable(self, node: Box, power: Expression | None, at: int) -> Expression | None:
         """An operator that is always executed."""
-        kind = node.call.lower()
+        kind = operator_of(node)
         value: Expression | None
         if kind == "and" and self._is_ladder:
             value = self._series(node, power)
@@ -383,17 +424,7 @@ class _Lowering(BoxWriter):
         self, node: Box, power: Expression | None, at: int, *, is_read: bool
     ) -> Expression | None:
         """A box with EN: executed if EN is TRUE; ENO repeats EN."""
-        assert node.enable is not None
-        enable = self._flow(node.enable.node, power)
-        if node.enable.modifiers:
-            enable = self.modified(
-                Literal("boolean", "TRUE", at) if enable is None else enable,
-                node.enable.modifiers,
-                f"{node.id}_0",
-                at,
-            )
-        if enable is not None:
-            enable = self.let(self.hidden("en"), enable, at)
+        enable = self._enable(node, power, at)
         inputs = self._inputs(node, None)
         reads_result = is_read and not (node.enable_output and node.enable_output.is_read)
         if node.is_call or not reads_result:
@@ -425,6 +456,19 @@ class _Lowering(BoxWriter):
         if node.modifiers and enable is not None:
             return self.modified(enable, node.modifiers, str(node.id), at)
         return enable
+
+    def _enable(self, node: Box, power: Expression | None, at: int) -> Expression | None:
+        """Return the value at EN, kept in a variable; None is TRUE."""
+        assert node.enable is not None
+        enable = self._flow(node.enable.node, power)
+        if node.enable.modifiers:
+            enable = self.modified(
+                Literal("boolean", "TRUE", at) if enable is None else enable,
+                node.enable.modifiers,
+                f"{node.id}_0",
+                at,
+            )
+        return None if enable is None else self.let(self.hidden("en"), enable, at)
 
     # parallel branches -------------------------------------------------------------------------
 

@@ -172,6 +172,11 @@ class DrawnNetwork:
     """Of a network shown as instruction list; `items` then count for nothing."""
     at: int = place()
 
+    @property
+    def target(self) -> str:
+        """The label that jumps can name; empty for a remark in its field."""
+        return self.label if self.label.isidentifier() else ""
+
 
 @node
 class NetworkList:
@@ -286,7 +291,8 @@ def _box(found: ArchiveObject) -> Box:
         for index, item in enumerate(items)
     ]
     outputs = _outputs(found)
-    has_en, has_eno = found.flag("EN"), found.flag("ENO")
+    has_en = found.flag("EN") or _is_named(found, "EN", names)
+    has_eno = found.flag("ENO") or _is_named(found, "ENO", _parameters(found, "OutputParam")[0])
     if (has_en and not inputs) or (has_eno and not outputs):
         raise Unexpected(found.at, "a box shows EN or ENO, and its file has none", Code.BAD_DRAWING)
     instance = found.part("Instance")
@@ -303,6 +309,11 @@ def _box(found: ArchiveObject) -> Box:
         found.number("Id"),
         found.at,
     )
+
+
+def _is_named(found: ArchiveObject, key: str, names: Sequence[str]) -> bool:
+    """Return True if a box of an older editor, whose flag is null, shows EN or ENO."""
+    return found.members.get(key, "") is None and bool(names) and names[0].upper() == key
 
 
 def _at(list: Sequence[_T], index: int, default: _T) -> _T:

@@ -10,6 +10,7 @@ import re
 from collections.abc import Callable, Iterator, Sequence
 from typing import TypeAlias
 
+from achse.st.graphical.boxes import operator_of
 from achse.st.graphical.chart_flow import StepFlow
 from achse.st.graphical.charts import ChartStep
 from achse.st.graphical.function_charts import (
@@ -197,8 +198,9 @@ class _Networks:
         return f"({sign}{node.text} ){self._shown(node.text)}"
 
     def _box(self, node: Box, power: _Power) -> _Block:
-        if node.call.lower() in ("and", "or") and node.enable is None and not node.modifiers:
-            if node.call.lower() == "or":
+        kind = operator_of(node)
+        if kind in ("and", "or") and node.enable is None and not node.modifiers:
+            if kind == "or":
                 return _branches([self._node(pin.node, power) for pin in node.inputs], power)
             block: _Block | None = None
             for pin in node.inputs:
