@@ -188,6 +188,13 @@ def test_tasks() -> None:
 <PouCall><Name>P2</Name></PouCall></Task></TcPlcObject>"""
     task = read_task(parse_xml(text.encode(), "x"))
     assert task == TaskDeclaration("PlcTask", 10_000_000, 20, ("MAIN", "P2"))
-    for bad in (text.replace("10000", "ten"), text.replace("20", "-1"), "<a/>"):
+    fast = read_task(parse_xml(text.replace("10000", "12.5").encode(), "x"))
+    assert fast.cycle_ns == 12_500
+    for bad in (
+        text.replace("10000", "ten"),
+        text.replace("10000", "1.2345"),
+        text.replace("20", "-1"),
+        "<a/>",
+    ):
         with pytest.raises(SourceError, match="expected"):
             read_task(parse_xml(bad.encode(), "x"))

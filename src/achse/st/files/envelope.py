@@ -5,6 +5,7 @@ and transition. Bodies in other languages than Structured Text are kept as they 
 Faults are told by their place in the file.
 """
 
+import re
 from collections.abc import Callable, Iterator, Mapping
 from typing import NamedTuple, TypeVar
 
@@ -42,6 +43,9 @@ WITHOUT_TEXT = _EDITORS | {"ObjectProperties", "LineIds"}
 """Elements without Structured Text: bodies in other languages, options of the editor. The network
 of a ladder body has thousands of elements."""
 
+_MICROSECONDS = re.compile(r"[0-9]{1,9}(\.[0-9]{1,3})?")
+_PRIORITY = re.compile(r"[0-9]{1,9}")
+
 
 class TaskDeclaration(NamedTuple):
     """A task as a `.TcTTO` declares it."""
@@ -57,18 +61,18 @@ class TaskDeclaration(NamedTuple):
 
 
 def read_task(root: Element) -> TaskDeclaration:
-    """The task in a `.TcTTO`; its cycle is given in µs. Raises `SourceError`."""
+    """The task in a `.TcTTO`; its cycle is given in µs, such as 12.5. Raises `SourceError`."""
     task = root.child("Task")
     cycle, priority = task.text_of("CycleTime").strip(), task.text_of("Priority", "20").strip()
-    for text in (cycle, priority):
-        if not (text.isascii() and text.isdigit()) or len(text) > 9:
-            task.fault(
-                "expected <CycleTime> and <Priority> as whole numbers in <Task>", Code.BAD_ELEMENT
-            )
+    if not (_MICROSECONDS.fullmatch(cycle) and _PRIORITY.fullmatch(priority)):
+        task.fault(
+            "expected <CycleTime> in µs and <Priority> as a whole number in <Task>",
+            Code.BAD_ELEMENT,
+        )
+    whole, _, fraction = cycle.partition(".")
+    cycle_ns = int(whole) * 1000 + int(fraction.ljust(3, "0"))
     names = tuple(call.text_of("Name").strip() for call in task.all("PouCall"))
-    return TaskDeclaration(
-        task.attributes.get("Name", "PlcTask"), int(cycle) * 1000, int(priority), names
-    )
+    return TaskDeclaration(task.attributes.get("Name", "PlcTask"), cycle_ns, int(priority), names)
 
 
 def _misses(element: Element, expected: str) -> Diagnostic:
