@@ -54,6 +54,20 @@ def test_the_first_file_counts(tmc: bytes) -> None:
     assert types.type("E_Shut") is not None
 
 
+def test_an_enumeration_of_two_files_is_one_with_its_value() -> None:
+    """A folder may have copies of a project's file, with names of libraries spelt otherwise."""
+    text = (
+        '<TcModuleClass><DataTypes><DataType><Name Namespace="Lib">E_Mode</Name>'
+        "<BitSize>16</BitSize><BaseType>INT</BaseType>"
+        "<EnumInfo><Text>Auto</Text><Enum>3</Enum></EnumInfo></DataType></DataTypes>"
+        '<Modules><Module TargetPlatform="TwinCAT RT (x64)"><Name>P</Name></Module></Modules>'
+        "</TcModuleClass>"
+    )
+    other = text.replace('"Lib"', '"LIB"').replace("<Enum>3", "<Enum>4")
+    types = LibraryTypes([(text.encode(), "a.tmc"), (other.encode(), "b.tmc")])
+    assert [found.numbers for found in types.enumerations("auto")] == [{"Auto": 3}]
+
+
 def test_a_name_of_two_libraries_is_a_question() -> None:
     types = LibraryTypes([another()])
     with pytest.raises(DeclarationError, match=r"which type is meant: lib\.t_text or other\.t_te"):

@@ -106,8 +106,12 @@ class LibraryTypes:
         return None, "", None
 
     def enumerations(self, value: str) -> list[EnumType[Any]]:
-        """The enumerations with a value of that name, which may stand alone."""
-        found = [types.type(name) for types in self._own for name in types.with_value(value)]
+        """The enumerations with a value of that name, which may stand alone.
+
+        Of one that several files have, as of copies of a project's file, the first counts.
+        """
+        names = {name: types for types in reversed(self._own) for name in types.with_value(value)}
+        found = [types.type(name) for name, types in names.items()]
         return [type for type in found if isinstance(type, EnumType)]
 
     def constant(self, name: str) -> Constant | None:
