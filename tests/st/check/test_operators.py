@@ -96,6 +96,10 @@ def test_operators(lines: Lines, variables: str, statement: str, expected: str) 
 
 def test_a_strict_enumeration_is_not_computed_with(lines: Lines) -> None:
     strict = "{attribute 'strict'} TYPE E : (A, B); END_TYPE"
+    assert lines("e : E;", "e := TO_INT(E.B);", strict) == ["e := 1;"]
+    assert lines("e : E;", "e := TO_INT(E.B) + 1;", strict) == [
+        "fault: E is strict: it takes its values only"
+    ]
     assert lines("e : E; n : INT;", "n := e + 1;", strict) == [
         "fault: E is strict: nothing is computed with it"
     ]

@@ -198,15 +198,15 @@ class Converter:
 
     def _check_enum(self, operand: TypedOperand, target: IecType[Any], at: int) -> None:
         enum, source = resolved(target), resolved(operand.type)
-        if source is enum:
+        if source is enum or not isinstance(enum, EnumType):
             return
         names = {name.lower() for name in enum.attributes}
         if isinstance(source, EnumType):
-            alike = isinstance(enum, EnumType) and source.numbers == enum.numbers
+            alike = source.numbers == enum.numbers
             if alike and _simple(source.name) == _simple(enum.name):
                 return  # once of a library, once of a symbol file
             self._warn(at, f"a value of {source.name} goes into a {enum.name}", Code.NUMBER_TO_ENUM)
-        elif "strict" in names:
+        elif "strict" in names and operand.constant not in enum.numbers.values():
             raise Unexpected(
                 at, f"{enum.name} is strict: it takes its values only", Code.STRICT_ENUM
             )
