@@ -40,6 +40,19 @@ def routine(project: TypedProject, key: str) -> list[str]:
     return list(lines_of(project.routines[key].body or ()))
 
 
+def test_elements_of_an_array_take_arguments_by_position(
+    typed: Callable[[str], TypedProject],
+) -> None:
+    text = SOURCE.replace("nStart : INT; END_VAR", "nStart : INT; nStep : INT; END_VAR")
+    text = text.replace("nStart := 3", "3, 0").replace("nStart := 5", "5, 0")
+    project = typed(text.replace("(nStart := 1), (nStart := 2)", "(1, 7), (2, nStep := 8)"))
+    assert not project.faults
+    assert [line for line in routine(project, "main.__create") if "aFb" in line] == [
+        f"CREATE aFb[0] : FB_Next: {FLAGS}, callee.nStart := 1, callee.nStep := 7",
+        f"CREATE aFb[1] : FB_Next: {FLAGS}, callee.nStart := 2, callee.nStep := 8",
+    ]
+
+
 def test_create(typed: Callable[[str], TypedProject]) -> None:
     project = typed(SOURCE)
     assert not project.faults

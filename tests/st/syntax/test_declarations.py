@@ -86,6 +86,8 @@ def test_variables_are_read_as_they_are_written(text: str) -> None:
         ("a : array[0..1]of int;", "a : ARRAY [0..1] OF int;"),
         ("a:ARRAY[0..1]OF FB_X[2((n:=1))]:=[(m:=2)];",
          "a : ARRAY [0..1] OF FB_X[2((n := 1))] := [(m := 2)];"),
+        ("a:ARRAY[0..1]OF FB_X[(1,b[2]),(3,n:=4)];",
+         "a : ARRAY [0..1] OF FB_X[(1, b[2]), (3, n := 4)];"),
         ("a : INT;; b : INT;", "a : INT; b : INT;"),
         ("a : ST_X := ();", "a : ST_X := ();"),
         ("a (* x *) : (* y *) INT (* z *) ;", "a : INT;"),

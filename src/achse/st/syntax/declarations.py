@@ -353,7 +353,7 @@ class DeclarationParser:
             arguments = self._expressions.arguments()
             kind = kinds[cursor.position]
         elif kind == "[":
-            arguments = self._expressions.array_initial()
+            arguments = self._expressions.array_arguments()
             kind = kinds[cursor.position]
         if kind == ":=":
             cursor.position += 1

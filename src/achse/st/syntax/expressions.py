@@ -271,6 +271,41 @@ class ExpressionParser:
         cursor.depth -= 1
         return ArrayInitial(tuple(values), at)
 
+    def array_arguments(self) -> ArrayInitial:
+        """`[(1, 2), (nPort := 3)]`: arguments of FB_init for each element of an array of blocks.
+        Raises `Unexpected`."""
+        cursor = self._cursor
+        at = cursor.expect("[")
+        values: list[Initial | Repetition] = []
+        while self._kinds[cursor.position] != "]":
+            is_one = self._kinds[cursor.position] == "("
+            values.append(self._arguments_of_one() if is_one else self.element())
+            if not cursor.take(","):
+                break
+        cursor.expect("]", "',' or ']'")
+        return ArrayInitial(tuple(values), at)
+
+    def _arguments_of_one(self) -> Initial:
+        """`(1, 2)` or `(nPort := 3)`; members of the first have no names. One value in brackets is
+        itself."""
+        cursor = self._cursor
+        if self._is_structure(cursor.position):
+            return self._struct_initial()
+        at = cursor.expect("(")
+        cursor.deeper()
+        members: list[MemberInitial] = []
+        while self._kinds[cursor.position] != ")":
+            start, name = cursor.at, ""
+            if self._kinds[cursor.position] == NAME and self._kinds[cursor.position + 1] == ":=":
+                name = cursor.name().name
+                cursor.expect(":=")
+            members.append(MemberInitial(name, self.initial(), start))
+            if not cursor.take(","):
+                break
+        cursor.expect(")", "',' or ')'")
+        cursor.depth -= 1
+        return members[0].value if len(members) == 1 else StructInitial(tuple(members), at)
+
     def element(self) -> Initial | Repetition:
         """One value of an array, or several: `3(0)`, `(cLast + 1)(0)`. Raises `Unexpected`."""
         cursor = self._cursor

@@ -30,6 +30,7 @@ from achse.st.syntax.tree import (
     Let,
     Literal,
     Member,
+    MemberInitial,
     Name,
     NamedType,
     Note,
@@ -171,11 +172,7 @@ def print_initial(tree: Initial | Repetition) -> str:
         case ArrayInitial(values):
             return f"[{', '.join(map(print_initial, values))}]"
         case StructInitial(members):
-            texts = (
-                f"{item.name} {'REF=' if item.is_reference else ':='} {print_initial(item.value)}"
-                for item in members
-            )
-            return f"({', '.join(texts)})"
+            return f"({', '.join(map(_member_initial, members))})"
         case Repetition(count, values):
             times = print_expression(count)
             if not isinstance(count, Literal | Name | Member):
@@ -183,6 +180,11 @@ def print_initial(tree: Initial | Repetition) -> str:
             return f"{times}({', '.join(map(print_initial, values))})"
         case _:
             return print_expression(tree)
+
+
+def _member_initial(item: MemberInitial) -> str:
+    sign = f"{item.name} {'REF=' if item.is_reference else ':='} " if item.name else ""
+    return f"{sign}{print_initial(item.value)}"
 
 
 # Statements ---------------------------------------------------------------------------------

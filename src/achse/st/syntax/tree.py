@@ -199,6 +199,7 @@ class MemberInitial:
     """`a := 1` or `r REF= x` of a structure's initial value."""
 
     name: str
+    """Empty for an argument by position in `ARRAY [0..1] OF FB_Valve[(3, 4), (5, 6)]`."""
     value: "Initial"
     at: int = place()
     is_reference: bool = False
