@@ -100,6 +100,8 @@ def try_project(folder: Path, repository: Path, project: Path) -> Outcome:
     faults = list(dict.fromkeys([*(error.faults if error else ()), *typed.faults]))
     outcome.units, outcome.errors = len(found.sources), len(faults)
     outcome.missing = [item.reference.title for item in found.missing if item.uses]
+    if found.stand_ins and not outcome.missing:  # a use does not show which of them it means
+        outcome.missing = [item.reference.title for item in found.missing]
     if faults:
         outcome.reason = _first_line(str(min(faults, key=lambda fault: fault.location)))
         return outcome

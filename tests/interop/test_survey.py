@@ -54,3 +54,19 @@ def test_what_cannot_be_read_is_told(tmp_path: Path) -> None:
     (tmp_path / "me+odd/odd.plcproj").write_text("<Project")
     outcome = try_project(tmp_path, tmp_path / "me+odd", tmp_path / "me+odd/odd.plcproj")
     assert (outcome.whole, outcome.errors) == (False, 1)
+
+
+def test_a_project_with_stand_ins_names_the_libraries_that_are_not_here(tmp_path: Path) -> None:
+    """Also if its uses do not show which of them they mean."""
+    _repository(tmp_path, "me+block", "fb(bIn := TRUE);", "block")
+    source = tmp_path / "me+block/MAIN.st"
+    source.write_text(source.read_text().replace("VAR n", "VAR fb : FB_Thing; n"))
+    reference = (
+        "<PlaceholderReference Include='{0}'><Namespace>{0}</Namespace></PlaceholderReference>"
+    )
+    references = "".join(map(reference.format, ("Far", "Further")))
+    (tmp_path / "me+block/block.plcproj").write_text(
+        PROJECT.format("block").replace("</Project>", f"{references}</Project>")
+    )
+    outcome = try_project(tmp_path, tmp_path / "me+block", tmp_path / "me+block/block.plcproj")
+    assert (outcome.ran, outcome.missing) == (True, ["Far", "Further"])
