@@ -57,6 +57,16 @@ def test_an_endless_program_is_given_up() -> None:
     assert 5000 <= moving.blocks <= 6000
 
 
+@pytest.mark.parametrize("repeats", [1, 9, 10**6, 10**15])
+def test_calls_of_an_empty_subroutine_are_given_up(repeats: int) -> None:
+    empty = PartProgram("(nothing)\n", "L5.NC")
+    data = MachineData(subroutines=lambda _: empty)
+    report = dry_run(PartProgram(f"L5 P{repeats}\nM30"), data, blocks=500)
+    assert report.errors == []
+    assert report.ended == (repeats < 10)
+    assert bool(report.why_no_end) == (repeats > 10)
+
+
 @pytest.mark.parametrize(
     ("text", "place"),
     [

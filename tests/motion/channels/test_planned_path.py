@@ -56,7 +56,7 @@ def test_a_program_without_an_end_is_cut_and_a_wrong_one_ends_at_its_error(
 ) -> None:
     assert planned_path.MOST_POINTS == 10_000
     monkeypatch.setattr(planned_path, "MOST_POINTS", 700)
-    monkeypatch.setattr(planned_path, "_MOST_BLOCKS", 3_500)
+    monkeypatch.setattr(planned_path, "_MOST_LINES", 3_500)
     path = planned("N10 G91 G01 X1 F600\nN20 @100 K-10\nM30\n")
     assert path.state is PlanState.CUT
     assert len(path.points) == 700
@@ -97,3 +97,9 @@ def test_a_loaded_program_is_planned_and_driven_so(program: Any) -> None:
     assert channel.plans == 2
     channel.reset()
     assert channel.planned_path() is None
+
+
+def test_calls_of_an_empty_subroutine_are_given_up() -> None:
+    empty = PartProgram("(nothing)\n", "L5.NC")
+    path = planned(f"L5 P{10**15}\nM30", MachineData(subroutines=lambda _: empty))
+    assert path.state is PlanState.CUT

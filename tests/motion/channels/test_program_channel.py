@@ -288,6 +288,35 @@ def test_an_endless_program_does_not_hold_the_nc(program: Any) -> None:
     program.until_state(State.IDLE)
 
 
+@pytest.mark.parametrize("seed", range(6))
+def test_a_cycle_runs_few_lines_whatever_a_program_repeats(program: Any, seed: int) -> None:
+    """Loops (`@151`, `@100`) without an end, with computations and M functions in them."""
+    source = random.Random(f"loops {seed}")
+    loop = source.choice(("@151 R1 K{n} K900", "@131 R1 K0 K900", "@161 R1 K-{n} K900"))
+    inside = [
+        source.choice(("R2=R2+1", "M7", "M9", "(nothing)", "", "L5 P9", "@124 R3 K9 K800", "H3"))
+        for _ in range(source.choice((0, 1, 20, 150)))
+    ]
+    lines = [f"N100 {loop.format(n=source.randrange(1, 99))}", *inside, "N800 @100 K-100"]
+    program.run("\n".join([*lines, "N900 M30", "L5", "M17"]))
+    interpreter = program.channel.interpreter
+    for _ in range(40):
+        before = interpreter.steps
+        program.cycle()
+        assert interpreter.steps - before <= 200
+    assert interpreter.steps > 100
+    assert program.channel.state is not State.READY
+    program.channel.stop()
+    program.until_state(State.IDLE)
+
+
+def test_a_loop_that_counts_ends_where_it_must(program: Any) -> None:
+    """`@151` leaves R1 alone: the program counts, as in the vendor's examples."""
+    program.run("N10 @151 R1 K5 K40\nN20 R1=R1+1\nN30 @100 K-10\nN40 G01 X=R1 F6000\nM30\n")
+    program.finish()
+    assert program.channel.data.registers[1] == program.at()[0] in (5.0, 6.0)
+
+
 BLOCKS = (
     *("G01 X{a} Y{b} F{f}", "G00 X{a}", "G02 X10 Y10 I5 J0", "M40", "M7", "M9", "M8", "M30"),
     *("G04 X0.02", "@714", "@717", "G74 X", "G01 Z{a} DelDTG", "G91", "G90", "G60", "H3 S4 T5"),

@@ -6,7 +6,6 @@ there depends on R parameters, tools and zero shifts.
 """
 
 from dataclasses import dataclass, field
-from itertools import count
 
 from achse.codes import NcError
 from achse.gcode.canon import ArcMove, Canonical, LineMove, StopKind
@@ -23,6 +22,7 @@ from achse.gcode.vectors import PathPoint
 MAX_BLOCKS = 1_000_000
 """Blocks that a check runs: a program in an endless loop is given up then."""
 _AT_ONCE = 1000
+_STEPS_PER_BLOCK = 10
 
 
 @dataclass
@@ -151,14 +151,15 @@ def dry_run(
 ) -> ProgramReport:
     """Run as if each move were done at once: decoder stops find the axes where they were sent.
 
-    It ends after so many `blocks`, or where a loop is found that cannot end by itself.
+    It ends after so many `blocks`, where a loop is found that cannot end by itself, or after ten
+    times as many lines: subroutines without blocks may be called billions of times.
     """
     report = ProgramReport()
     run = Interpreter(program, data, positions)
     watch = run.flow.watch = LoopWatch()
-    axes = positions
+    axes, most_steps = positions, _STEPS_PER_BLOCK * blocks
     try:
-        for _ in count():
+        while run.blocks < blocks and run.steps < most_steps and not watch.endless_jump:
             command = run.advance(_AT_ONCE)
             if command is not None:
                 report.commands.append(command)
@@ -168,9 +169,7 @@ def dry_run(
                 if run.stop is not None and run.stop.kind is StopKind.READ_POSITIONS:
                     watch.forget()
                 run.go_ahead(axes)
-            elif run.state is not RunState.RUNNING or run.blocks >= blocks or watch.endless_jump:
-                break
-            if run.blocks >= blocks or watch.endless_jump:
+            elif run.state is not RunState.RUNNING:
                 break
     except GcodeError as error:
         report.errors.append(error)

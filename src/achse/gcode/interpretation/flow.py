@@ -262,6 +262,19 @@ class Flow:
                 ) from None
 
 
+_OPERAND_COUNTS = {
+    AtForm.SAVE_RANGE: 2,
+    AtForm.RESTORE_RANGE: 2,
+    AtForm.JUMP: 1,
+    AtForm.JUMP_IF: 3,
+    AtForm.LOOP_IF: 3,
+    AtForm.ONE: 1,
+    AtForm.TWO: 2,
+    AtForm.THREE: 3,
+    AtForm.STOP: 0,
+}
+
+
 def check_operands(call: AtCall) -> None:
     """Refuse an @ command that has not the operands of its row."""
     row, operands = call.row, call.operands
@@ -272,20 +285,7 @@ def check_operands(call: AtCall) -> None:
     elif row.form is AtForm.CASE:
         good = count >= 3 and count % 2 == 1
     else:
-        good = (
-            count
-            == {
-                AtForm.SAVE_RANGE: 2,
-                AtForm.RESTORE_RANGE: 2,
-                AtForm.JUMP: 1,
-                AtForm.JUMP_IF: 3,
-                AtForm.LOOP_IF: 3,
-                AtForm.ONE: 1,
-                AtForm.TWO: 2,
-                AtForm.THREE: 3,
-                AtForm.STOP: 0,
-            }[row.form]
-        )
+        good = count == _OPERAND_COUNTS[row.form]
     if not good:
         raise WordRefused(
             NcError.PROGRAM_SYNTAX_RUNNING,

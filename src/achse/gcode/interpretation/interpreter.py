@@ -101,6 +101,8 @@ class Interpreter:
         """The decoder stop at which it waits."""
         self.blocks = 0
         """Blocks that ran so far: the counter of `Origin`."""
+        self.steps = 0
+        """Lines that ran so far, with ends of texts and lines that are no blocks: the work done."""
         self.origin = Origin(program.name, 1, 0, 0, 0)
         """The block that ran last."""
         self.unmade: Origin | None = None
@@ -126,6 +128,7 @@ class Interpreter:
             if self.state is not RunState.RUNNING or blocks <= 0:
                 return None
             blocks -= 1
+            self.steps += 1
             move = self._step()
             if move is not None:
                 return move
@@ -316,8 +319,12 @@ class Interpreter:
             self.flow.case = None
         for number, formula in block.assignments:
             registers[number] = formula.evaluate(registers)
-        if not (block.words or block.values or block.functions or call):
-            return
+        if not (block.words or block.values or block.functions):
+            if isinstance(call, AtCall):  # nothing but flow
+                yield from self._at(call, origin, line)
+                return
+            if call is None:
+                return
         before, after = placed(block.functions, self.data.m_rules, origin)
         prepared = prepare(block)
         values = self._words.values(block, prepared)

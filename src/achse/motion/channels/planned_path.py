@@ -19,10 +19,10 @@ from achse.gcode.vectors import PathPoint
 MOST_POINTS = 10_000
 """Points of a path at most; what comes later is not planned."""
 
-_MOST_BLOCKS = 50_000
-"""Blocks at most: a loop without motion is given up then."""
+_MOST_LINES = 50_000
+"""Lines that run at most: a loop without motion is given up then."""
 
-_BLOCKS_AT_ONCE = 100
+_LINES_AT_ONCE = 100
 _MOVES_AT_ONCE = 32
 """Most moves of one `go_on`: it has its time between two cycles."""
 
@@ -81,15 +81,15 @@ class PlannedPath:
         except GcodeError:
             self.state = PlanState.FAULT
         if self.state is PlanState.UNFINISHED and (
-            len(self.points) >= MOST_POINTS or self._run.blocks >= _MOST_BLOCKS
+            len(self.points) >= MOST_POINTS or self._run.steps >= _MOST_LINES
         ):
             self.state = PlanState.CUT
 
     def _plan(self) -> None:
         run = self._run
-        until = run.blocks + _BLOCKS_AT_ONCE
+        until = run.steps + _LINES_AT_ONCE
         for _ in range(_MOVES_AT_ONCE):
-            command = run.advance(until - run.blocks)
+            command = run.advance(until - run.steps)
             if isinstance(command, LineMove | ArcMove):
                 self._apply(command)
             elif command is None and run.state in (RunState.DECODER_STOP, RunState.SINGLE_STOP):
@@ -97,7 +97,7 @@ class PlannedPath:
             elif command is None and run.state is not RunState.RUNNING:
                 self.state = PlanState.WHOLE
                 return
-            if run.blocks >= until:
+            if run.steps >= until:
                 return
 
     def _apply(self, move: LineMove | ArcMove) -> None:

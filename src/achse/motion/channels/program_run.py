@@ -36,6 +36,9 @@ log = logging.getLogger("achse.channel")
 _COMMANDS_PER_CYCLE = 64
 """Commands that one cycle carries out at most, besides the limit of segments (0x514)."""
 
+_LINES_PER_CYCLE = 200
+"""Lines of the program that one cycle runs at most: loops without an end cost no more."""
+
 _FEWEST_LINES = 2
 """Fewer lines at once cost more than one by one."""
 
@@ -122,11 +125,12 @@ class ProgramRun:
         channel, feeder, interpreter = self._channel, self.feeder, self.interpreter
         if channel.state is InterpreterState.SINGLE_STOP:
             return None
+        last_step = interpreter.steps + _LINES_PER_CYCLE
         for _ in range(_COMMANDS_PER_CYCLE):
             if self._command is None and not self._feed_lines():
                 return None
             if self._command is None:
-                self._command = interpreter.advance()
+                self._command = interpreter.advance(last_step - interpreter.steps)
             command = self._command
             if command is None:
                 self._without_command()
