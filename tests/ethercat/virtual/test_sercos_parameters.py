@@ -105,6 +105,53 @@ def test_any_message_has_an_answer_or_an_error(messages: list[bytes]) -> None:
     for data in messages:
         outcome = drives.answer(data)
         assert isinstance(outcome, int) or all(len(each) <= 122 for each in outcome)
-    endless = b"\x0b\x40\x24\0" + bytes(118)
-    outcomes = [drives.answer(endless) for _ in range(600)]
-    assert MailboxError.NO_MEMORY in outcomes
+    drives.open(122)
+    endless = (b"\x0b\x40" + left.to_bytes(2, "little") + bytes(118) for left in range(900, 0, -1))
+    assert MailboxError.NO_MEMORY in [drives.answer(each) for each in endless]
+
+
+@given(st.data())
+def test_fragments_of_two_writes_are_never_joined(drawn: st.DataObject) -> None:
+    """Two writes in fragments, mixed at random: a value is one that was sent whole, or none."""
+    box = read_esi(esi(device(MAILBOX + f"<Mailbox>{commands(_LONG)}</Mailbox>")))[0]
+    drives = SercosParameters(box, 122)
+    places = drawn.draw(st.permutations(_LONG))[:2]
+    values = [bytes([n + 1]) * 300 for n in range(2)]
+    queues = [fragments(*place[:2], value) for place, value in zip(places, values, strict=True)]
+    order = drawn.draw(st.permutations([0] * 4 + [1] * 4))
+    outcomes = [drives.answer(queues[n].pop(0)) for n in order]
+    mixed = order not in ([0] * 4 + [1] * 4, [1] * 4 + [0] * 4)
+    for (drive, idn, _), value in zip(places, values, strict=True):
+        assert drives.value(idn, drive) in (value, bytes(300))
+    assert mixed == any(each[0] & 0x10 for outcome in outcomes for each in outcome)  # type: ignore[union-attr]  # never an int here
+    whole = fragments(0, 40, b"x" * 300)
+    drives.answer(whole[0])
+    assert drives.answer(b"\x01\x40\x28\0"), "a read ends what is pending"
+    assert [drives.answer(each) for each in whole] == [(), (), (), (b"\x04\x40\x28\0",)]
+    assert drives.value(40) == b"x" * 300
+
+
+_LONG = [(0, 40, bytes(300)), (0, 41, bytes(300)), (1, 40, bytes(300))]
+REFUSED = (b"\x14\x40\x03\0\x08\x70",)
+
+
+def fragments(drive: int, idn: int, value: bytes) -> list[bytes]:
+    """A write in messages with 80 bytes of the value each."""
+    parts = [value[at : at + 80] for at in range(0, len(value), 80)]
+    heads = [
+        (3 | drive << 5 | 8 * bool(left), left or idn) for left in range(len(parts) - 1, -1, -1)
+    ]
+    return [
+        bytes([flags, 0x40]) + number.to_bytes(2, "little") + part
+        for (flags, number), part in zip(heads, parts, strict=True)
+    ]
+
+
+def test_a_fragment_of_another_write_ends_the_pending_one() -> None:
+    box = read_esi(esi(device(MAILBOX + f"<Mailbox>{commands(_LONG)}</Mailbox>")))[0]
+    drives = SercosParameters(box, 122)
+    first, other = fragments(0, 40, b"a" * 300), fragments(0, 41, b"b" * 300)
+    assert drives.answer(first[0]) == ()
+    assert drives.answer(other[0]) == REFUSED
+    assert drives.answer(other[-1]) == (b"\x14\x40\x29\0\x02\x70",), "too short by itself"
+    assert drives.value(40) == drives.value(41) == bytes(300)

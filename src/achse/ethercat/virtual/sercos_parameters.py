@@ -26,7 +26,7 @@ _MOST_DRIVES = 8
 _LIST_HEAD = struct.Struct("<HH")
 _INPUT_LIST, _OUTPUT_LIST, _CONTROL_WORD, _STATUS_WORD = 16, 24, 134, 135
 _NO_IDN, _NO_UNIT, _NO_MINIMUM, _NO_MAXIMUM = 0x1001, 0x4001, 0x5001, 0x6001
-_TOO_SHORT, _TOO_LONG, _READ_ONLY = 0x7002, 0x7003, 0x7004
+_TOO_SHORT, _TOO_LONG, _READ_ONLY, _INVALID_DATA = 0x7002, 0x7003, 0x7004, 0x7008
 _UNCHANGEABLE = {
     SoeElement.NAME: 0x2004, SoeElement.ATTRIBUTE: 0x3004, SoeElement.UNIT: 0x4004,
     SoeElement.MINIMUM: 0x5004, SoeElement.MAXIMUM: 0x6004,
@@ -96,32 +96,50 @@ class SercosParameters:
     def open(self, room: int) -> None:
         """Begin again with replies of up to `room` bytes behind their mailbox header."""
         self._room = max(room - _HEAD.size, 1)
+        self._end_pending()
+
+    def _end_pending(self) -> None:
         self._pending = bytearray()
+        self._expected: tuple[int, int, int] | None = None
+        """Drive, elements and number of fragments left that the next fragment has; None where a
+        write begins."""
 
     def value(self, idn: int, drive: int = 0) -> bytes:
         """The value of an IDN; KeyError."""
         return self._drives[drive][idn].value
 
     def answer(self, data: bytes) -> Iterable[bytes] | int:
-        """The reply to a message, in fragments, or a mailbox error."""
+        """The reply to a message, in fragments, or a mailbox error.
+
+        A fragment of another write than the pending one (another drive, other elements, a number of
+        fragments left that does not follow) is refused with 0x7008; the pending write ends with it.
+        Only the last fragment has the IDN.
+        """
         if len(data) < _HEAD.size:
             return MailboxError.SIZE_TOO_SHORT
         flags, elements, idn = _HEAD.unpack_from(data)
         operation, drive = flags & _OPERATION, flags >> 5
         if operation == _READ:
+            self._end_pending()
             outcome = self._read(drive, idn, elements)
             if isinstance(outcome, bytes):
                 return list(self._fragments(drive, elements, idn, outcome))
             return (_refusal(_READ_ANSWER, drive, elements, idn, outcome),)
         if operation != _WRITE:
             return MailboxError.SERVICE_NOT_SUPPORTED
+        left = idn if flags & _INCOMPLETE else 0
+        if self._expected not in (None, (drive, elements, left)):
+            self._end_pending()
+            return (_refusal(_WRITE_ANSWER, drive, elements, idn, _INVALID_DATA),)
         self._pending += data[_HEAD.size :]
         if len(self._pending) > _LONGEST:
-            self._pending.clear()
+            self._end_pending()
             return MailboxError.NO_MEMORY
         if flags & _INCOMPLETE:
+            self._expected = (drive, elements, left - 1)
             return ()
-        value, self._pending = bytes(self._pending), bytearray()
+        value = bytes(self._pending)
+        self._end_pending()
         code = self._write(drive, idn, elements, value)
         if code:
             return (_refusal(_WRITE_ANSWER, drive, elements, idn, code),)
