@@ -112,7 +112,7 @@ def _layout_text(format: str, fields: Iterable[str]) -> str:
 
 
 class Repeated:
-    """Any number of equal elements; values are tuples. Writes of a broken element are refused."""
+    """Equal elements, one or more; values are tuples. Writes of a broken element are refused."""
 
     size = None
 
@@ -128,7 +128,7 @@ class Repeated:
 
     def decode(self, data: bytes) -> tuple[Any, ...]:
         step = self._step
-        if len(data) % step:
+        if not data or len(data) % step:
             raise DeviceError(
                 ReturnCode.INVALID_SIZE, f"elements of {step} bytes, got {len(data)} bytes"
             )

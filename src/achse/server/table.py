@@ -265,7 +265,8 @@ class AreaGroup(IndexGroup):
     """An address range such as a memory area: offset and length go straight to functions.
 
     `read(offset, length)` gives at most `length` bytes (lengths up to 0xFFFF_FFFF come),
-    `write(offset, data)` takes all of `data`; both raise DeviceError beyond the area.
+    `write(offset, data)` takes all of `data`; both raise DeviceError beyond the area. A write of
+    no bytes is refused (0x705).
     `watch(offset, length)` makes the reader of a notification; without it each sample is a read.
     """
 
@@ -328,6 +329,8 @@ class AreaGroup(IndexGroup):
     def write(self, group: int, offset: int, data: bytes, client: bytes) -> None:
         if self._write is None:
             super().write(group, offset, data, client)
+        elif not data:
+            raise DeviceError(ReturnCode.INVALID_SIZE, "at least 1 byte, got 0 bytes")
         else:
             self._write(offset, data)
 

@@ -226,3 +226,13 @@ def test_hostile_requests_change_nothing_but_values(
         for cam in served.controller.cams:
             for parameter in CAM_PARAMETERS:
                 parameter.check(getattr(cam, parameter.name))
+
+
+def test_a_write_without_data_is_refused(camshaft: Any, refused: Any) -> None:
+    for group, rows in PARAMETERS.items():
+        for offset, row in rows.items():
+            if row.writable:
+                with refused(0x705):
+                    camshaft.write(group, offset, b"")
+    with refused(0x705):
+        camshaft.write(ReservedGroup.INPUTS, 0, b"")

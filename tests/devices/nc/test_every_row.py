@@ -117,6 +117,30 @@ def test_forms_told_by_length_take_these_lengths_alone(bench: Any, refused: Any)
     assert checked > 200
 
 
+def test_a_write_without_data_is_a_wrong_length(bench: Any, groups: Any) -> None:
+    """Every row of axes, groups, channels and their parts that takes a value."""
+    codes: Counter[int] = Counter()
+    for at in (bench, groups):
+        for group in at.device.services:
+            for index in list(group.index_groups())[:16]:
+                for row in getattr(group, "rows", ()):
+                    if WRITE in row.access and _needs_data(row):
+                        with pytest.raises(DeviceError) as refusal:
+                            at.write(index, row.offset, b"")
+                        codes[refusal.value.code] += 1
+    assert codes[ReturnCode.INVALID_SIZE.number] > 1000
+    assert set(codes) == {ReturnCode.INVALID_SIZE.number, *ABSENT}
+
+
+ABSENT = range(0x4010, 0x4016)
+"""Codes of an object that is not there."""
+
+
+def _needs_data(row: Service) -> bool:
+    """True unless the row is a function without data, or a text, which may be empty."""
+    return not any(form.size == 0 or form.name in ("VOID", "STRING[n]") for form in forms(row))
+
+
 @pytest.mark.parametrize(
     ("offset", "lengths"), [(0x201, {0, 16}), (0x202, {0, 16}), (0x205, {0, 16, 24})]
 )

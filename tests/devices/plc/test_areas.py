@@ -148,3 +148,10 @@ def test_what_is_watched_lies_in_memory_and_follows_it(
 def test_what_lies_outside_cannot_be_watched(device: PlcDevice) -> None:
     with pytest.raises(DeviceError, match="0x703"):
         device.services.find(0x4020).reader(0x4020, 1 << 30, 2, bytes(8))
+
+
+@pytest.mark.parametrize("group", [0x4020, 0x4021, 0x4030, 0x4040, 0xF020, 0xF021, 0xF030, 0xF031])
+def test_a_write_without_data_is_refused(device: PlcDevice, group: int) -> None:
+    with pytest.raises(DeviceError, match="at least 1 byte, got 0") as refusal:
+        device.write(group, 1, b"")
+    assert refusal.value.code == ReturnCode.INVALID_SIZE.number

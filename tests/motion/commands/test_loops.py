@@ -142,6 +142,7 @@ def test_an_open_loop_just_changes(make: Any) -> None:
         ((1, 4, 0.0), NcError.FUNCTION_TYPE),
         ((1, PARAMETER, 1e6), NcError.REQUEST_PARAMETER),
         ((1, PARAMETER, float("nan")), NcError.REQUEST_PARAMETER),
+        ((1, PARAMETER, 0.0, 2), NcError.REQUEST_PARAMETER),
     ],
 )
 def test_what_is_no_switch(make: Any, arguments: Any, error: NcError) -> None:

@@ -20,13 +20,13 @@ def switch_control_loop(
     Type 1 drops the job and begins again where the new encoder says. Types 2 and 3 go on with the
     job: 2 with the output as it was, 3 with the controller's part of it at `sync_value`, in axis
     units per second. The I-part is set so, or the following error where there is none.
-    `external_setpoint` is not used.
+    `external_setpoint`, 0 or 1, is not used.
     """
     if not 0 <= loop < control_loop_count(axis):
         return NcError.REQUEST_PARAMETER
     if switch_type not in ControlLoopSwitch.__members__.values():
         return NcError.FUNCTION_TYPE
-    if not abs(sync_value) <= axis.drive.full:
+    if not abs(sync_value) <= axis.drive.full or external_setpoint not in (0, 1):
         return NcError.REQUEST_PARAMETER
     if axis.set_motion_phase == MotionPhase.HOMING and switch_type != ControlLoopSwitch.STANDARD:
         return NcError.GROUP_BUSY

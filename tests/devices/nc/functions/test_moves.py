@@ -78,6 +78,22 @@ def test_start_extended_takes_its_own_dynamics_or_the_defaults(bench: Any, form:
     assert bench.axis.set_position == pytest.approx(50.0)
 
 
+@pytest.mark.parametrize("place", range(3))
+@pytest.mark.parametrize("flag", [2, 0x100, 0x8000_0000, 0xFFFF_FFFF])
+def test_a_flag_of_a_start_is_0_or_1(bench: Any, refused: Any, place: int, flag: int) -> None:
+    """`use_default_*` of the extended and the special start, of the axis and of its group."""
+    flags = [flag if n == place else n % 2 for n in range(3)]
+    dynamics = [number for each in flags for number in (each, 1000.0)]
+    before = bench.nc.digest()
+    for group, first in ((F, 0), (0x3201, 0x100)):
+        for form in ("<IddIdIdId", "<I4xddI4xdI4xdI4xd"):
+            with refused(0x423B):
+                bench.put(group, first + 0x21, form, 2, 50.0, 100.0, *dynamics)
+        with refused(0x423B):
+            bench.put(group, first + 0x22, "<IddddIdIdId", 1, 300.0, 50.0, 100.0, 150.0, *dynamics)
+    assert bench.nc.digest() == before
+
+
 @pytest.mark.parametrize("form", ["<IddddIdIdId", "<I4xddddI4xdI4xdI4xd"], ids=[TC2, TC3])
 def test_start_special_has_two_velocities(bench: Any, form: str) -> None:
     bench.put(F, 0x22, form, 1, 300.0, 50.0, 100.0, 150.0, 0, 1000.0, 1, 0.0, 0, 9000.0)

@@ -200,7 +200,7 @@ def test_other_lengths_are_refused_and_change_nothing(
             600,
             *(size + n for size in sizes for n in (-8, -4, -1, 1, 4, 8)),
         }:
-            if size < 0 or size in sizes or (row.multiple and size % row.multiple == 0):
+            if size < 0 or size in sizes or (size and row.multiple and size % row.multiple == 0):
                 continue  # of whole numbers or points: the codes of rows and columns
             data = (row.takes * 3)[:size].ljust(size, b"\0")
             with refused(ReturnCode.INVALID_SIZE.number):

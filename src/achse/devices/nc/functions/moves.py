@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from typing import Any
 
+from achse.codes import NcError
 from achse.codes.nc.table import named_rows
 from achse.devices.nc.functions.calling import function, numbered
 from achse.devices.nc.rows import bound
@@ -12,10 +13,15 @@ _ROWS = named_rows(0x4200)
 
 
 def _with_defaults(call: Callable[..., int]) -> Callable[..., int]:
-    """`call` with dynamics that each come as "take the default?" and a value."""
+    """Return `call` with dynamics as pairs of a flag, 1 for the default of the axis, and a value.
+
+    Other flags than 0 and 1 are refused: 0x423B, the axis part of the start structure is invalid.
+    """
 
     def start(axis: Axis, *arguments: Any) -> int:
         where, dynamics = arguments[:-6], arguments[-6:]
+        if max(dynamics[::2]) > 1:
+            return NcError.START_AXIS_DATA
         pairs = zip(dynamics[::2], dynamics[1::2], strict=True)
         return call(axis, *where, *(None if default else value for default, value in pairs))
 

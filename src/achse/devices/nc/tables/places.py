@@ -40,7 +40,7 @@ class TablePlace(NamedTuple):
 
 
 class Numbers:
-    """Any number of REAL64."""
+    """REAL64, one or more."""
 
     name = "REAL64[n]"
     size = None
@@ -49,7 +49,7 @@ class Numbers:
         return _little_endian(values).tobytes()
 
     def decode(self, data: bytes) -> "array[float]":
-        if len(data) % 8:
+        if not data or len(data) % 8:
             raise DeviceError(ReturnCode.INVALID_SIZE, f"numbers of 8 bytes, got {len(data)} bytes")
         return _little_endian(array("d", data))
 
