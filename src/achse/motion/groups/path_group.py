@@ -72,6 +72,9 @@ class PathGroup(PathGroupParameters):
         """1 in a cycle in which a new segment begins."""
         self.view = PathView(self)
         """Values that the states show."""
+        self.saf_divisor = 1
+        """Parts of a cycle that the path computes, 1..32, from the next `begin` on (0x10)."""
+        self._parts = 1
         self._override_used = -1.0
         self._jumps = [1.0, 1.0, 1.0]
         self._dynamic = 1.0
@@ -130,7 +133,7 @@ class PathGroup(PathGroupParameters):
             return code
         used = max(MAIN_AXES, 1 + max(n for n, axis in enumerate(self.places) if axis is not None))
         limits = [self._limits(axis, n) for n, axis in enumerate(self.places[:used])]
-        dt = self.cycle_ns / 1e9
+        dt = self.cycle_ns / 1e9 / self.saf_divisor
         try:
             self.planner = PathPlanner(
                 limits,
@@ -143,6 +146,7 @@ class PathGroup(PathGroupParameters):
             )
         except PathError:
             return NcError.GROUP_PARAMETER
+        self._parts = self.saf_divisor
         self._use_single_block()
         self.way_back.begin(self.keeps_way_back)
         self._way_before, self._number = 0.0, 0
@@ -272,7 +276,7 @@ class PathGroup(PathGroupParameters):
             return
         before = planner.block
         self._use_override(planner)
-        planner.advance()
+        planner.advance(self._parts)
         self.segment_change = int(planner.block != before)
         point = zip(
             self.places,
@@ -462,7 +466,7 @@ class PathGroup(PathGroupParameters):
     def digest(self) -> bytes:
         """All that decides what the group does next, as bytes."""
         planner = self.planner
-        own = (self._path, self._number, self.single_block, self._way_before)
+        own = (self._path, self._number, self.single_block, self._way_before, self._parts)
         there: tuple[object, ...] = ()
         if planner is not None:
             state = planner.state

@@ -48,3 +48,17 @@ def test_a_parameter_of_the_path(
 
 def test_the_table_of_segments(groups: Any) -> None:
     assert groups.get(P, 0x50C, "<I") == groups.get(P, 0x0C, "<I") == 128
+
+
+def test_the_divisor_of_the_cycle_is_that_of_a_path(groups: Any, refused: Any) -> None:
+    for value in (32, 2, 1):
+        groups.put(P, 0x10, "<I", value)
+        assert groups.get(P, 0x10, "<I") == value
+    for value in (0, 33, 0xFFFF_FFFF):
+        with refused(0x4205):
+            groups.put(P, 0x10, "<I", value)
+    for other in (0x300C, 0x300D):  # a FIFO, a kinematic group
+        groups.put(other, 0x10, "<I", 1)
+        with refused(0x4205):
+            groups.put(other, 0x10, "<I", 2)
+        assert groups.get(other, 0x10, "<I") == 1

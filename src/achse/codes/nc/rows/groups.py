@@ -37,7 +37,8 @@ GROUP_PARAMETERS = (
     NcRow(0x0C, "saf_table_size", READ, "UINT32", "1", "commands, segments or rows that can wait"),
     NcRow(
         0x10, "saf_cycle_time_divisor", RW, "UINT32", "1",
-        "part of the cycle of the set-point task: 1, every group has set points in each", 1, 1,
+        "parts of a cycle that a path computes from its next start on; of other groups 1 alone",
+        1, 32,
     ),
     NcRow(0x21, "channel_id", READ, "UINT32", "1", "id of the owning channel"),
     NcRow(0x22, "channel_name", READ, "STRING[31]", "1", "name of the owning channel"),

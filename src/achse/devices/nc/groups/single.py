@@ -96,12 +96,7 @@ def _only(row: NcRow, field: str, error: NcError) -> Service:
 
 SINGLE_PARAMETERS = (
     _only(_PARAMETERS["single_block_mode"], "single_block_mode", NcError.SINGLE_STEP_FLAG),
-    bound(
-        _PARAMETERS["saf_cycle_time_divisor"],
-        read=lambda group: group.saf_divisor,
-        write=lambda group, _: None,
-        code=NcError.SAF_CYCLE_TIME.number,
-    ),
+    _only(_PARAMETERS["saf_cycle_time_divisor"], "saf_divisor", NcError.SAF_CYCLE_TIME),
     _encoder_parameter(
         _PARAMETERS["standstill_velocity_window"], "no_motion_window", NcError.NO_MOTION_WINDOW
     ),
