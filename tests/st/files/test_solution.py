@@ -4,6 +4,7 @@ from pathlib import Path
 
 import pytest
 
+from achse.st.files import solution
 from achse.st.files.solution import (
     AxisMapping,
     ChannelMapping,
@@ -11,6 +12,7 @@ from achse.st.files.solution import (
     mapping_files,
     nc_mappings,
     solution_files,
+    solutions_of,
     task_options,
     type_files,
 )
@@ -96,13 +98,44 @@ def test_links_in_files_of_their_own(tmp_path: Path) -> None:
         file = tmp_path / "_Config" / names
         file.parent.mkdir(parents=True, exist_ok=True)
         file.write_bytes(data)
-    mappings = nc_mappings(mapping_files(tmp_path))
+    mappings = nc_mappings(mapping_files(solutions_of(tmp_path)))
     assert mappings.axes == (AxisMapping("X", 9, "B", "MAIN.x"),)
     assert mappings.channels == (
         ChannelMapping("Channel", "A", "MAIN.c"),
         ChannelMapping("Kin", "C", "MAIN.k"),
     )
     assert mappings.of_projects({"c"}) == (mappings.axes, mappings.channels[1:])
+
+
+_PART = (
+    b'<Mappings><OwnerA Name="P%d Instance"><OwnerB Name="TINC^SAF^Axes^A%d">'
+    b'<Link VarA="PlcTask Inputs^MAIN.x" VarB="Outputs^ToPlc"/></OwnerB></OwnerA></Mappings>'
+)
+
+
+def many_items(folder: Path, count: int) -> Path:
+    """A solution with so many files of PLCs, each with one link."""
+    plcs = folder / "_Config" / "PLC"
+    plcs.mkdir(parents=True)
+    (folder / "M.tsproj").write_bytes(b"")
+    for n in range(count):
+        (plcs / f"P{n:03d}.xti").write_bytes(_PART % (n, n))
+    return folder
+
+
+def test_every_file_of_a_solution_is_read(tmp_path: Path) -> None:
+    solutions = solutions_of(many_items(tmp_path, 250))
+    axes = nc_mappings(mapping_files(solutions)).axes
+    assert [(each.axis, each.plc) for each in axes] == [(f"A{n}", f"P{n}") for n in range(250)]
+
+
+def test_files_beyond_the_bound_are_counted(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    solutions = solutions_of(many_items(tmp_path, 12))
+    monkeypatch.setattr(solution, "_MOST_BYTES", 5 * len(_PART % (1, 1)))
+    assert len(nc_mappings(mapping_files(solutions)).axes) == 5
+    assert "links of 7 of 12 files are left out, from P005.xti on" in caplog.text
 
 
 @pytest.mark.parametrize("part", [b"<Mappings>", b"<Mappings></Mappings", b"<Link ", b"<Axis "])

@@ -5,6 +5,8 @@ from typing import Any
 
 import pytest
 
+from achse.st.files import solution
+from achse.st.files.solution import links_of
 from achse.station import ConfigError, Station
 from achse.station.configuration.station_file import parse
 
@@ -20,6 +22,30 @@ def test_further_ports_answer_for_the_same_plc(folder: Path, client_of: Any) -> 
     first.put(0xF005, handle, "<h", -3)
     handle = int.from_bytes(second.exchange(0xF003, 0, 4, b"Values.nGlobal\0"), "little")
     assert second.get(0xF005, handle, "<h") == -3
+
+
+def test_files_of_a_solution_are_read_for_links_once(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """By three PLCs of one solution."""
+    read: list[str] = []
+
+    def spied(data: bytes, name: str) -> Any:
+        read.append(name)
+        return links_of(data, name)
+
+    monkeypatch.setattr(solution, "links_of", spied)
+    (tmp_path / "M.tsproj").write_bytes(b"")
+    items = tmp_path / "_Config" / "PLC"
+    items.mkdir(parents=True)
+    (items / "A.xti").write_bytes(b"")
+    plcs = []
+    for n in range(3):
+        (tmp_path / f"P{n}").mkdir()
+        (tmp_path / f"P{n}" / "MAIN.st").write_text("PROGRAM MAIN\nEND_PROGRAM\n")
+        plcs.append({"port": 851 + n, "sources": f"P{n}"})
+    station(tmp_path, plc=plcs, axis=[{"id": 1, "name": "X"}])
+    assert read == ["M.tsproj", "A.xti"]
 
 
 @pytest.mark.parametrize(

@@ -17,6 +17,7 @@ Its type system has `<DataTypes>` of its own, and names further `.tmc` files:
 Source: project files of TwinCAT 3.1 (build 4024), task tab of the system manager.
 """
 
+import logging
 import re
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from html import unescape
@@ -25,6 +26,8 @@ from typing import NamedTuple
 
 from achse.st.files.files import LEVELS_UP, content_of
 from achse.st.files.forms import Content, files_with
+
+log = logging.getLogger("achse.plc")
 
 _TASK = re.compile(rb"<Task\b([^<>]*)>\s*<Name>\s*([^<]*?)\s*</Name>")
 _TMC_FILE = re.compile(rb'<AdditionalTmcFile\b[^>]*\bFile="([^"]+)"')
@@ -143,20 +146,43 @@ _OWN = ("", "__THIS__")
 """Names of the owner whose file it is."""
 _CONFIG = ("_Config", "PLC"), ("_Config", "NC")
 _ITEM = ".xti"
-_MOST_ITEMS = 100
+_MOST_BYTES = 1 << 28
+"""Bytes of the files of a `_Config` folder that are read for links."""
 
 
-def mapping_files(path: Path) -> Iterator[tuple[bytes, str]]:
-    """Yield the files of a solution that may have links, with their names."""
-    for file in _solutions(path):
+def solutions_of(path: Path) -> tuple[Path, ...]:
+    """Return the solutions' projects in the folder of a PLC's project or above."""
+    return tuple(_solutions(path))
+
+
+def mapping_files(solutions: Iterable[Path]) -> Iterator[tuple[bytes, str]]:
+    """Yield the files of solutions that may have links, with their names, one after another.
+
+    Files behind the first 256 MiB of a folder are left out; a warning says how many.
+    """
+    for file in solutions:
         yield content_of(file, file.name), file.name
         for names in _CONFIG:
-            folder = file.parent.joinpath(*names)
-            if folder.is_dir():
-                items = sorted(each for each in folder.iterdir() if each.suffix.lower() == _ITEM)
-                for item in items[:_MOST_ITEMS]:
-                    if item.is_file():
-                        yield content_of(item, item.name), item.name
+            yield from _items_of(file.parent.joinpath(*names))
+
+
+def _items_of(folder: Path) -> Iterator[tuple[bytes, str]]:
+    if not folder.is_dir():
+        return
+    items = sorted(each for each in folder.iterdir() if each.suffix.lower() == _ITEM)
+    items = [each for each in items if each.is_file()]
+    size = 0
+    for number, item in enumerate(items):
+        content = content_of(item, item.name)
+        size += len(content)
+        if size > _MOST_BYTES:
+            log.warning(
+                "%s: expected up to %d bytes in %s files, got more: links of %d of %d files are"
+                " left out, from %s on",
+                *(folder, _MOST_BYTES, _ITEM, len(items) - number, len(items), item.name),
+            )
+            return
+        yield content, item.name
 
 
 def links_of(data: bytes, name: str) -> Iterator[VariableLink]:
@@ -193,7 +219,8 @@ def nc_mappings(files: Iterable[tuple[bytes, str]]) -> NcMappings:
     axes: list[tuple[str, str, str]] = []
     channels: list[ChannelMapping] = []
     for data, name in files:
-        ids = {**_axis_ids(data), **ids}
+        for axis, number in _axis_ids(data).items():
+            ids.setdefault(axis, number)
         for nc, plc, variable in (each for link in links_of(data, name) for each in _sides(link)):
             if len(nc) == _LEVEL_OF_CHANNELS:
                 channels.append(ChannelMapping(nc[-1], plc, variable))

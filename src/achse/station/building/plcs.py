@@ -2,6 +2,8 @@
 
 import math
 from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING
 
 from achse.ams.filetime import from_unix_ns
 from achse.devices.logger import EventLoggerDevice, LoggerDevice, LogMessage, MessageType
@@ -12,6 +14,9 @@ from achse.station.clocks.phases import PlcLinks, PlcPhase
 from achse.station.plcs.axis_links import link_axes
 from achse.station.plcs.channel_links import link_channels
 from achse.station.plcs.sources import PlcSource
+
+if TYPE_CHECKING:
+    from achse.st.files.solution import NcMappings
 
 
 def make_plcs(building: Building) -> None:
@@ -29,10 +34,11 @@ def make_plcs(building: Building) -> None:
         _tell_logger_of_exceptions(building, plc)
     links: list[Mapping[int, PlcLinks]] = []
     if building.nc is not None and building.plcs:
+        known: dict[tuple[Path, ...], NcMappings] = {}  # read once for all PLCs
         mappings = {
             port: found
             for port, source in building.sources.items()
-            if (found := source.nc_mappings()) is not None
+            if (found := source.nc_mappings(known)) is not None
         }
         axes = {port: each.axes for port, each in mappings.items()}
         links.append(link_axes(building.nc, building.plcs, ground.config.axis, axes))

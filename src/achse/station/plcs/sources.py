@@ -111,17 +111,22 @@ class PlcSource:
             ),
         )
 
-    def nc_mappings(self) -> "NcMappings | None":
+    def nc_mappings(self, known: "dict[tuple[Path, ...], NcMappings]") -> "NcMappings | None":
         """Axes and channels that the solution of the sources links to variables of this PLC.
 
         If a link names the project of the sources, only such links count. None without sources.
+        Mappings of solutions that are in `known` are not read again; others are added to it.
         """
         if self.config.sources is None:
             return None
-        from achse.st.files.solution import mapping_files, nc_mappings
+        from achse.st.files.solution import mapping_files, nc_mappings, solutions_of
 
         root = self.base / self.config.sources
-        mappings = self._checked(".sources", lambda: nc_mappings(mapping_files(root)))
+        solutions = solutions_of(root)
+        mappings = known.get(solutions)
+        if mappings is None:
+            mappings = self._checked(".sources", lambda: nc_mappings(mapping_files(solutions)))
+            known[solutions] = mappings
         return mappings.of_projects({root.stem.casefold(), root.absolute().parent.name.casefold()})
 
     def _bodies(self, declared: _Declared, tasks: Sequence[FileTask]) -> "Bodies | None":
