@@ -1,8 +1,12 @@
 """Names that somebody may have meant."""
 
-import pytest
+from difflib import get_close_matches
 
-from achse.iec.nearest import did_you_mean, nearest
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from achse.iec.nearest import closest, did_you_mean, nearest
 
 KNOWN = ["MAIN.nCounter", "MAIN.bRun", "GVL.nCounter", "GVL.fLevel"]
 
@@ -30,3 +34,12 @@ def test_of_many_names_those_with_a_common_part_are_compared() -> None:
 def test_it_is_told_as_a_question() -> None:
     assert did_you_mean("GVL.fLevle", KNOWN) == "; did you mean 'GVL.fLevel'?"
     assert did_you_mean("x", KNOWN) == ""
+
+
+_NAMES = st.text("abcAB_1ä", max_size=8)
+
+
+@given(name=_NAMES, known=st.lists(_NAMES, max_size=20), likeness=st.sampled_from((0.5, 0.7, 0.8)))
+def test_the_closest_is_that_of_difflib(name: str, known: list[str], likeness: float) -> None:
+    expected = get_close_matches(name, known, 1, likeness) if name else []
+    assert closest(name, known, likeness) == (expected[0] if expected else None)

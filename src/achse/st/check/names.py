@@ -1,10 +1,10 @@
 """Names: what one means inside a routine, from the nearest declaration to the farthest."""
 
 from collections.abc import Iterator
-from difflib import get_close_matches
 from typing import TYPE_CHECKING, Any
 
 from achse.iec.derived import ReferenceType, resolved
+from achse.iec.nearest import closest
 from achse.iec.structs import StructType
 from achse.iec.variables import Variable
 from achse.st.check.builtins import is_builtin
@@ -128,8 +128,8 @@ class NameResolver:
                 f"'{name[:80]}': neither .tsproj nor .tmc of the project has that event class",
                 Code.UNKNOWN_EVENT_CLASS,
             )
-        near = get_close_matches(name.lower(), list(self._known_keys()), 1, 0.8)
-        meant = f"; near: {near[0]}" if near else ""
+        near = closest(name.lower(), self._known_keys(), 0.8)
+        meant = f"; near: {near}" if near else ""
         return Unexpected(at, f"nothing is named '{name[:80]}' here{meant}", Code.UNKNOWN_NAME)
 
     def _known_keys(self) -> Iterator[str]:

@@ -3,7 +3,6 @@
 import re
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import replace
-from difflib import get_close_matches
 from enum import IntEnum
 from typing import Any
 
@@ -22,6 +21,7 @@ from achse.iec.elementary import BYTE, INT, IntegerType
 from achse.iec.enums import EnumType
 from achse.iec.layout import LayoutRules
 from achse.iec.names import with_coding
+from achse.iec.nearest import closest
 from achse.iec.strings import STRING, WSTRING
 from achse.iec.structs import Record, RecordKind, RecordMeta, StructType
 from achse.iec.types import IecType
@@ -191,10 +191,8 @@ class Resolver:
 
     def _unknown(self, spec: NamedType) -> Unexpected:
         self.unknown_types.add(spec.name)
-        near = get_close_matches(
-            spec.name, [item.name for item in self.scopes.entries.values()], 1, 0.8
-        )
-        meant = "".join(f"; near: {name}" for name in near)
+        near = closest(spec.name, (item.name for item in self.scopes.entries.values()), 0.8)
+        meant = f"; near: {near}" if near else ""
         files = ", ".join(self.predefined.files)
         where = f", in the sources or in {files}" if files else ""
         return Unexpected(
