@@ -63,6 +63,9 @@ def test_an_edit_changes_code_alone(project: Path) -> None:
         ("", "x"),
         ('Name="FB_Drive"', 'Name="FB_Other"'),
         ("Move(2);", "]]><Evil/><![CDATA["),
+        ("Move(2);", "Move(3);\0"),
+        ("Move(2);", "Move(3);\x1b"),
+        ("Move(2);", "Move(3);\ufffe"),
     ]:
         with pytest.raises(CodeError):
             edit_file(workspace, folder, "POUs/FB_Drive.TcPOU", old, new)

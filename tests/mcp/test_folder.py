@@ -44,6 +44,7 @@ def test_any_path_is_inside_or_refused(
         {"system": {"root": ".."}},
         {"scope": {"folder": "../outside"}},
         {"table": [{"id": 1, "file": "link/table.csv"}]},
+        {"table": [{"id": 1, "file": "\\\\host\\share\\table.csv"}]},
         {"fmu": [{"name": "plant", "file": "plant.fmu"}]},
         {"bus": [{"interface": "eth0"}]},
         {"modbus": {}},

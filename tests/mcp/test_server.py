@@ -149,6 +149,8 @@ def test_the_tools_are_fifteen_and_short_enough_for_every_conversation(folder: P
         ("check", {"project": ".", "limit": 10**9}),
         ("run", {"station": "s1", "seconds": -1}),
         ("run", {"station": "s1", "seconds": "NaN"}),
+        ("run", {"station": "s1", "cycles": 1_000_000}),
+        ("run", {"station": "s1", "cycles": 10**12}),
         ("run", {"station": "s9", "cycles": 1}),
         ("run", {"station": "s1", "record": ["MAIN.nCount"] * 33}),
         ("read", {"station": "s1", "names": ["x" * 300]}),
@@ -188,6 +190,9 @@ def test_wrong_arguments_are_refused_with_a_reason(
         "link/secret.st",
         "linked.st",
         "no\0body",
+        "\\\\host\\share",
+        "//host/share",
+        "//./pipe/x",
         "",
         "x" * 2000,
     ],
@@ -205,6 +210,7 @@ def test_no_path_leads_out_of_the_folder(folder: Path, path: str) -> None:
             with pytest.raises(ToolRefused) as refused:
                 await agent.call(tool, project=path)
             assert "SECRET" not in str(refused.value)
+            assert str(folder.parent) not in str(refused.value)
         with pytest.raises(ToolRefused):
             await agent.call(
                 "edit_code", project="machine.toml", file=path, old="n : INT", new="n : DINT"

@@ -163,6 +163,40 @@ def test_the_oldest_station_goes_when_there_are_many(folder: Path) -> None:
     in_session(folder, script)
 
 
+def test_stations_in_use_are_not_closed_by_many_others(folder: Path) -> None:
+    async def script(agent: Agent) -> None:
+        first = (await agent.call("open_station", project="machine.toml"))["station"]
+        handles: list[str] = []
+
+        async def run() -> None:
+            report = await agent.call("run", station=first, seconds=3.0)
+            assert report["passed_s"] == pytest.approx(3.0)
+            found = await agent.call("read", station=first, names=["MAIN.nCount"])
+            assert found["values"] == {"MAIN.nCount": 300}
+
+        async def another() -> None:
+            handles.append((await agent.call("open_station", project="machine.st"))["station"])
+
+        async with anyio.create_task_group() as tasks:
+            tasks.start_soon(run)
+            for _ in range(9):
+                tasks.start_soon(another)
+        assert len(set(handles)) == 9
+
+    in_session(folder, script)
+
+
+def test_a_name_that_is_none_spoils_no_other(folder: Path) -> None:
+    async def script(agent: Agent) -> None:
+        station = (await agent.call("open_station", project="machine.toml"))["station"]
+        names = ["²:x", "99999999:x", "-1:x", "0:x", ":", "", "MAIN.aValues[", "MAIN.nCount"]
+        found = await agent.call("read", station=station, names=names)
+        assert found["values"] == {"MAIN.nCount": 0}
+        assert list(found["errors"]) == names[:-1]
+
+    in_session(folder, script)
+
+
 @pytest.mark.parametrize("may_write", [False, True])
 def test_a_controller_is_reached_only_if_named_and_written_only_if_allowed(
     folder: Path, may_write: bool

@@ -1,6 +1,7 @@
 """Stations in slices: the same state as in one piece, and what ends a run."""
 
 import asyncio
+from contextlib import AsyncExitStack
 from pathlib import Path
 
 import pytest
@@ -41,6 +42,25 @@ def test_a_call_ends_at_its_time_limit(folder: Path) -> None:
             report, _ = await opened.run(3600.0, (), _nothing, wall=0.0)
             assert report.reason == "time limit"
             assert 0 < report.passed_s < 3600
+
+    asyncio.run(run())
+
+
+def test_a_ninth_station_takes_the_place_of_an_idle_one(folder: Path) -> None:
+    async def run() -> None:
+        async with AsyncExitStack() as stack:
+            stations = await stack.enter_async_context(OpenStations(ProjectFolder(folder)))
+            opened = [await stations.start(folder / "machine.st") for _ in range(8)]
+            for one in opened[1:]:
+                await stack.enter_async_context(one.in_use())
+            await stations.start(folder / "machine.st")
+            assert (await stations.station("s9")).handle == "s9"
+            with pytest.raises(HandleError, match="no station 's1'"):
+                await stations.station("s1")
+            ninth = await stations.station("s9")
+            async with ninth.in_use():
+                with pytest.raises(HandleError, match="8 stations are in use"):
+                    await stations.start(folder / "machine.st")
 
     asyncio.run(run())
 

@@ -18,6 +18,8 @@ from achse.st.workspace.symbols import DeclaredSymbol, Outline, SymbolKind
 from achse.st.workspace.uses import outline_in
 
 _PARTS = (SymbolKind.METHOD, SymbolKind.ACTION, SymbolKind.PROPERTY)
+_NOT_IN_XML = re.compile("[^\t\n\r -\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
+"""Source: XML 1.0, Char."""
 _CDATA = re.compile(r"<!\[CDATA\[(.*?)\]\]>", re.DOTALL)
 
 
@@ -141,6 +143,8 @@ def edit_file(
     is_xml = not has_content(path, Content.TEXT)
     if is_xml and "]]>" in new:
         raise CodeError("new: expected code, got ']]>', which ends it in an XML file")
+    if is_xml and (wrong := _NOT_IN_XML.search(new)):
+        raise CodeError(f"new: expected code, got {wrong[0]!r}, which XML cannot have")
     code = [(m.start(1), m.end(1)) for m in _CDATA.finditer(text)] if is_xml else [(0, len(text))]
     places = [at for start, end in code if old for at in _all_places(text, old, start, end)]
     if len(places) != 1:

@@ -1,5 +1,6 @@
 """The project's folder: no other file is read or written, and only simulated parts run."""
 
+import os
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
@@ -29,7 +30,7 @@ class ProjectFolder:
 
     def path(self, text: str) -> Path:
         """Return the path of a file or folder of the project, without links. Raises FolderError."""
-        if not text or len(text) > _LONGEST_PATH or not text.isprintable():
+        if not text or len(text) > _LONGEST_PATH or not text.isprintable() or _is_remote(text):
             raise FolderError(f"expected a path below the project's folder, got {text[:80]!r}")
         try:
             found = (self.root / text).resolve()
@@ -45,6 +46,10 @@ class ProjectFolder:
         """Return how a path is written in answers: from the project's folder."""
         real = path.resolve()
         return real.relative_to(self.root).as_posix() if self.has(real) else path.name
+
+    def without_root(self, text: str) -> str:
+        """Return a text with paths as answers have them: from the project's folder."""
+        return text.replace(f"{self.root}{os.sep}", "").replace(str(self.root), ".")
 
     def has(self, path: Path) -> bool:
         """Return True if a path, links followed, is below the project's folder."""
@@ -124,10 +129,17 @@ class ProjectFolder:
         """Return True if a text of a configuration names nothing outside, if it names a file."""
         if len(text) > _LONGEST_PATH or not text.isprintable():
             return True
+        if _is_remote(text):
+            return False
         try:
             return self.may_read(base / text)
         except (OSError, RuntimeError, ValueError):
             return False
+
+
+def _is_remote(text: str) -> bool:
+    """Return True if a path may name another computer or a device: resolving it would reach it."""
+    return text.replace("\\", "/").startswith("//")
 
 
 def _texts(value: Any) -> Iterator[str]:

@@ -82,11 +82,13 @@ def new_server(
         stations.compare: _READS,
     }
     for tool, hints in tools.items():
-        _add(server, tool, hints)
+        _add(server, tool, hints, folder)
     return server
 
 
-def _add(server: MCPServer[Any], tool: _Tool, hints: ToolAnnotations) -> None:
+def _add(
+    server: MCPServer[Any], tool: _Tool, hints: ToolAnnotations, folder: ProjectFolder
+) -> None:
     """Offer a method as a tool that tells its errors."""
 
     @functools.wraps(tool)
@@ -96,7 +98,7 @@ def _add(server: MCPServer[Any], tool: _Tool, hints: ToolAnnotations) -> None:
         except PlotExtraMissing:
             raise ToolError(needs_extra("a picture", "plot")) from None
         except _REFUSALS as error:
-            raise ToolError(str(error)) from None
+            raise ToolError(folder.without_root(str(error))) from None
         except OSError as failure:
             raise ToolError(failure.strerror or "file error") from None
 

@@ -1,6 +1,7 @@
 """Tools over stations in virtual time: open, run, read, write, move, disturb, show, compare."""
 
 import base64
+import re
 from typing import Annotated, Any, Literal
 
 from anyio import to_thread
@@ -32,10 +33,12 @@ from achse.scope.channel import channel_of
 _MOST_TEXT = 4_000
 """Characters of one value."""
 
+_PORT = re.compile(r"([0-9]{1,9}):")
 _Handle = Annotated[str, Field(max_length=40)]
 _Name = Annotated[str, Field(max_length=255)]
 _Names = Annotated[list[_Name], Field(max_length=200)]
-_Seconds = Annotated[float, Field(ge=0, le=3600)]
+_LONGEST_S = 3600.0
+_Seconds = Annotated[float, Field(ge=0, le=_LONGEST_S)]
 
 
 class StationTools:
@@ -50,12 +53,13 @@ class StationTools:
         """Start a station of a station.toml, or of PLC sources alone, in virtual time; its time is
         0. Use its handle in other tools."""
         opened = await self._open.start(self._folder.path(project))
-        return await self._report(opened)
+        async with opened.in_use():
+            return await self._report(opened)
 
     async def state(self, station: _Handle) -> StationReport:
         """Show time, digest, PLCs, axes, buses and drives of a station."""
         opened = await self._open.station(station)
-        async with opened.lock:
+        async with opened.in_use():
             return await self._report(opened)
 
     async def _report(self, opened: OpenStation) -> StationReport:
@@ -84,7 +88,7 @@ class StationTools:
         (MAIN.nCount, 500:Axes.X.ActPos, with @2ms a sample time) for trace and compare. Ends early
         if a PLC stops."""
         opened = await self._open.station(station)
-        async with opened.lock:
+        async with opened.in_use():
             asked = seconds if not cycles else self._length(opened, cycles)
 
             async def progress(passed: float) -> None:
@@ -101,25 +105,29 @@ class StationTools:
         plc = next(iter(opened.station.plcs.values()), None)
         if plc is None:
             raise HandleError("cycles: the station has no PLC, use seconds")
-        return min(cycles * plc.tasks[0].cycle_ns / 1e9, 3600.0)
+        seconds = cycles * plc.tasks[0].cycle_ns / 1e9
+        if seconds > _LONGEST_S:
+            most = round(_LONGEST_S * 1e9) // plc.tasks[0].cycle_ns
+            raise HandleError(f"cycles: expected at most {most}, {_LONGEST_S:g} s, got {cycles}")
+        return seconds
 
     async def read(self, station: _Handle, names: _Names) -> VariableValues:
         """Read variables by name: MAIN.nCount; 500:… is one of another AMS port."""
         opened = await self._open.station(station)
         found = VariableValues(values={}, errors={})
-        async with opened.lock:
+        async with opened.in_use():
             for name in names:
                 await self._read(opened, name, found)
         return found
 
     @staticmethod
     async def _read(opened: OpenStation, name: str, found: VariableValues) -> None:
-        port, colon, path = name.partition(":")
-        target = opened.client.at_port(int(port)) if colon and port.isdigit() else opened.client
-        path = path if colon and port.isdigit() else name
+        found_port = _PORT.match(name)
+        path = name[found_port.end() :] if found_port else name
         try:
+            target = opened.client.at_port(int(found_port[1])) if found_port else opened.client
             value = as_json(await target.type_of(path), await target.read(path))
-        except AdsError as error:
+        except (AdsError, ValueError) as error:
             found.errors[name] = str(error)
             return
         if len(str(value)) > _MOST_TEXT:
@@ -137,7 +145,7 @@ class StationTools:
         opened = await self._open.station(station)
         self._check_may_write(opened)
         found = VariableValues(values={}, errors={})
-        async with opened.lock:
+        async with opened.in_use():
             for name, value in values.items():
                 try:
                     await self._write(opened, name, value)
@@ -177,7 +185,7 @@ class StationTools:
         opened = await self._open.station(station)
         if action != "state":
             self._check_may_write(opened)
-        async with opened.lock:
+        async with opened.in_use():
             remote = opened.client.nc.axis(axis)
             await command(
                 remote,
@@ -200,7 +208,7 @@ class StationTools:
         """Inject a fault (fields: kind and its keys), clear one by number (0: all), or list the
         active ones and all kinds."""
         opened = await self._open.station(station)
-        async with opened.lock:
+        async with opened.in_use():
             faults = opened.station.faults
             if action == "add":
                 faults.add(STATION_FAULTS.of(fields))

@@ -2,7 +2,8 @@
 
 import time
 from collections import OrderedDict
-from collections.abc import Awaitable, Callable, Sequence
+from collections.abc import AsyncIterator, Awaitable, Callable, Sequence
+from contextlib import asynccontextmanager
 from pathlib import Path
 
 from anyio import Lock, to_thread
@@ -38,9 +39,21 @@ class OpenStation:
 
     def __init__(self, handle: str, station: Station | None, client: Client) -> None:
         self.handle = handle
-        self.lock = Lock()
         self.client = client
+        self.calls = 0
+        """Calls that use it or wait for it; meanwhile it is not closed."""
+        self._lock = Lock()
         self._station = station
+
+    @asynccontextmanager
+    async def in_use(self) -> AsyncIterator[None]:
+        """Use the station alone."""
+        self.calls += 1
+        try:
+            async with self._lock:
+                yield
+        finally:
+            self.calls -= 1
 
     @property
     def station(self) -> Station:
@@ -117,7 +130,7 @@ def plc_reports(station: Station) -> list[PlcReport]:
 
 
 class OpenStations:
-    """Stations and recordings by handle, between calls; the oldest are closed first."""
+    """Stations and recordings by handle, between calls; the oldest idle ones are closed first."""
 
     def __init__(self, folder: ProjectFolder, target: str | None = None) -> None:
         self._folder = folder
@@ -137,7 +150,10 @@ class OpenStations:
             await self._connected.client.close()
 
     async def start(self, path: Path) -> OpenStation:
-        """Start a station of a station.toml or of PLC sources. Raises ConfigError, FolderError."""
+        """Start a station of a station.toml or of PLC sources.
+
+        Raises ConfigError, FolderError, and HandleError if calls use all stations.
+        """
         station = await to_thread.run_sync(self._made, path)
         client = await connect(
             station.router,
@@ -146,11 +162,15 @@ class OpenStations:
             keep_alive=None,
             watch_symbols=False,
         )
+        while len(self._by_handle) >= _MOST_STATIONS:
+            idle = next((each for each in self._by_handle.values() if not each.calls), None)
+            if idle is None:
+                await client.close()
+                raise HandleError(f"{_MOST_STATIONS} stations are in use, which is the most")
+            del self._by_handle[idle.handle]
+            await idle.client.close()
         self._stations += 1
         opened = OpenStation(f"s{self._stations}", station, client)
-        while len(self._by_handle) >= _MOST_STATIONS:
-            _, oldest = self._by_handle.popitem(last=False)
-            await oldest.client.close()
         self._by_handle[opened.handle] = opened
         return opened
 
