@@ -1,5 +1,6 @@
 """Texts and positions of a client."""
 
+import os
 from pathlib import Path
 
 import pytest
@@ -43,10 +44,49 @@ def test_edits_replace_a_range(text: str, first: int, second: int, new: str) -> 
     start, end = sorted((min(first, len(text)), min(second, len(text))))
     places = document.position_at(start), document.position_at(end)
     start, end = map(document.offset_at, places)
-    document.edit(types.Range(*places), new)
+    document.edit([(types.Range(*places), new)])
     assert document.text == text[:start] + new + text[end:]
-    document.edit(None, text)
+    document.edit([(None, text)])
     assert document.text == text
+
+
+_PLACES = st.tuples(*[st.integers(0, 4)] * 4)
+
+
+@given(
+    text=_TEXTS,
+    edits=st.lists(st.tuples(st.none() | _PLACES, _TEXTS), max_size=6),
+    kind=_ENCODINGS,
+)
+def test_edits_at_once_are_made_one_after_the_other(
+    text: str, edits: list[tuple[tuple[int, int, int, int] | None, str]], kind: str
+) -> None:
+    at_once, singly = Document(text, Encoding(kind)), Document(text, Encoding(kind))
+    made = []
+    for place, new in edits:
+        where = None
+        if place is not None:
+            where = types.Range(types.Position(*place[:2]), types.Position(*place[2:]))
+        made.append((where, new))
+        start, end = (0, len(text)) if where is None else map(singly.offset_at, _ends(where))
+        text = text[:start] + new + text[max(start, end) :]
+        singly = Document(text, Encoding(kind))
+    at_once.edit(made)
+    assert at_once.text == text
+
+
+def _ends(place: types.Range) -> tuple[types.Position, types.Position]:
+    return place.start, place.end
+
+
+def test_a_replacement_everywhere_moves_lines_alone() -> None:
+    count = 10_000
+    document = Document("nSum := 1;\n" * count)
+    document.edit(
+        (types.Range(types.Position(line, 0), types.Position(line, 4)), "nAll")
+        for line in range(count)
+    )
+    assert document.text == "nAll := 1;\n" * count
 
 
 def test_a_position_inside_of_a_character_is_before_it() -> None:
@@ -65,3 +105,10 @@ def test_files_in_any_encoding(tmp_path: Path, codec: str) -> None:
     assert document is not None
     assert document.text == "x : 'ä';\r\n"
     assert read_document(tmp_path / "b.st", Encoding()) is None
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="needs named pipes")
+def test_a_pipe_or_a_device_is_not_read(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "pipe.st")
+    assert read_document(tmp_path / "pipe.st", Encoding()) is None
+    assert read_document(Path(os.devnull), Encoding()) is None

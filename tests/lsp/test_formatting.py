@@ -17,7 +17,7 @@ def _applied(text: str, edits: list[dict[str, Any]]) -> str:
     for edit in reversed(edits):
         place = edit["range"]
         start, end = (types.Position(**place[key]) for key in ("start", "end"))
-        document.edit(types.Range(start, end), edit["newText"])
+        document.edit([(types.Range(start, end), edit["newText"])])
     return document.text
 
 

@@ -29,7 +29,7 @@ def _renamed(client: InProcessClient, name: str, code: str, new: str) -> dict[st
         ):
             document = Document(texts[file])
             places = [types.Position(**one["range"][end]) for end in ("start", "end")]
-            document.edit(types.Range(*places), one["newText"])
+            document.edit([(types.Range(*places), one["newText"])])
             texts[file] = document.text
     return texts
 

@@ -8,13 +8,18 @@ Source: Language Server Protocol 3.17, Text Documents.
 
 import re
 from bisect import bisect_right
+from collections.abc import Iterable
 from functools import cached_property
+from itertools import pairwise
 from pathlib import Path
 
 from lsprotocol import types
 
 _BREAK = re.compile(r"\r\n|\n|\r")
 _UTF_16 = (b"\xff\xfe", b"\xfe\xff")
+
+LARGEST = 1 << 24
+"""Most characters of a document that is checked, and most bytes of a file that is read."""
 
 
 class Encoding:
@@ -97,19 +102,50 @@ class Document:
     def text_of(self, place: types.Range) -> str:
         return self.text[self.offset_at(place.start) : self.offset_at(place.end)]
 
-    def edit(self, place: types.Range | None, text: str) -> None:
-        """Replace a range, or all without one."""
-        if place is None:
-            self.text = text
-        else:
-            start, end = self.offset_at(place.start), self.offset_at(place.end)
-            self.text = self.text[:start] + text + self.text[max(start, end) :]
+    def edit(self, edits: Iterable[tuple[types.Range | None, str]]) -> None:
+        """Replace ranges, or all without one, one after the other.
+
+        A replacement everywhere has thousands of edits: each moves lines, not the whole text.
+        """
+        lines: list[str] | None = None
+        for place, text in edits:
+            if place is None:
+                self.text, lines = text, None
+                continue
+            lines = _lines_of(self.text) if lines is None else lines
+            first, start = self._index_in(lines, place.start)
+            last, end = max(self._index_in(lines, place.end), (first, start))
+            begin, behind = max(first - 1, 0), last + 2  # a CR and an LF that meet are one end
+            head = "".join(lines[begin:first]) + lines[first][:start]
+            tail = lines[last][end:] + "".join(lines[last + 1 : behind])
+            changed = _lines_of(head + text + tail)
+            lines[begin:behind] = changed[:-1] if behind < len(lines) else changed
+        if lines is not None:
+            self.text = "".join(lines)
         self.__dict__.pop("_starts", None)
+
+    def _index_in(self, lines: list[str], position: types.Position) -> tuple[int, int]:
+        """Return the line and the character of a position; one outside is the nearest inside."""
+        if position.line < 0:
+            return 0, 0
+        if position.line >= len(lines):
+            return len(lines) - 1, len(lines[-1])
+        line = lines[position.line].rstrip("\r\n")
+        return position.line, self.encoding.index(line, max(position.character, 0))
+
+
+def _lines_of(text: str) -> list[str]:
+    """Return the lines of a text with their ends; the last one has none."""
+    starts = [0, *(found.end() for found in _BREAK.finditer(text)), len(text)]
+    return [text[start:end] for start, end in pairwise(starts)]
 
 
 def read_document(file: Path, encoding: Encoding) -> Document | None:
-    """Return the document of a file on disk; None if it cannot be read."""
+    """Return the document of a file on disk; None if it cannot be read, is no file but a device
+    or a pipe, or is too large."""
     try:
+        if not file.is_file() or file.stat().st_size > LARGEST:
+            return None
         data = file.read_bytes()
     except (OSError, ValueError):
         return None

@@ -8,7 +8,7 @@ from lsprotocol import types
 from pygls.exceptions import JsonRpcInvalidParams
 from pygls.uris import from_fs_path, to_fs_path
 
-from achse.lsp.documents import Document, Encoding, read_document
+from achse.lsp.documents import LARGEST, Document, Encoding, read_document
 from achse.lsp.projects import Projects
 from achse.st.check.warm import WarmChecking
 from achse.st.files.reading import file_key
@@ -17,8 +17,8 @@ from achse.st.workspace import Workspace
 from achse.st.workspace.symbols import DeclaredSymbol
 from achse.st.workspace.uses import SymbolUse
 
-_LARGEST = 1 << 24
-"""Most characters of a document that is checked."""
+_MOST_READ = 256
+"""Documents on disk that are kept, as long as their files do not change."""
 
 
 class CursorPlace(NamedTuple):
@@ -42,6 +42,8 @@ class Editor:
         self.projects = Projects()
         self.documents: dict[str, Document] = {}
         """Open documents by `file_key`."""
+        self._on_disk: dict[str, tuple[tuple[int, int, int], Document | None]] = {}
+        """Documents of files that are not open by `file_key`, with the state of each file."""
         self._uris: dict[str, str] = {}
         self._changed: dict[str, Path] = {}
 
@@ -78,9 +80,10 @@ class Editor:
         wrong = ""
         if document.version is not None and version <= document.version:
             wrong = f"expected a version after {document.version}, got {version} of {uri[:200]!r}"
-        for change in changes:
-            place = change.range if isinstance(change, _PARTIAL) else None
-            document.edit(place, change.text)
+        document.edit(
+            (change.range if isinstance(change, _PARTIAL) else None, change.text)
+            for change in changes
+        )
         document.version = version
         self._changed[key] = file
         return wrong
@@ -98,12 +101,28 @@ class Editor:
         while self._changed:
             key, file = self._changed.popitem()
             document = self.documents.get(key)
-            if document is not None and len(document.text) <= _LARGEST:
+            if document is not None and len(document.text) <= LARGEST:
                 self.projects.edit(file, document.text.encode("utf-8", "replace"))
 
     def document_of(self, file: Path) -> Document | None:
         """Return the document of a file, open or on disk."""
-        return self.documents.get(file_key(file)) or read_document(file, self.encoding)
+        key = file_key(file)
+        return self.documents.get(key) or self._read(key, file)
+
+    def _read(self, key: str, file: Path) -> Document | None:
+        try:
+            status = file.stat()
+        except (OSError, ValueError):
+            self._on_disk.pop(key, None)
+            return None
+        stamp = status.st_mtime_ns, status.st_ctime_ns, status.st_size
+        known = self._on_disk.pop(key, None)
+        if known is None or known[0] != stamp:
+            known = stamp, read_document(file, self.encoding)
+        self._on_disk[key] = known
+        while len(self._on_disk) > _MOST_READ:
+            del self._on_disk[next(iter(self._on_disk))]
+        return known[1]
 
     # places ----------------------------------------------------------------------------------
 
