@@ -54,11 +54,13 @@ def test_a_file_outside_of_all_folders_is_its_own_project(tmp_path: Path) -> Non
     file = tmp_path / "Main.st"
     file.write_text(_PROGRAM)
     projects = Projects()
-    projects.edit(file, _PROGRAM.replace("F_Lib()", "2").encode())
+    projects.edit({file: _PROGRAM.replace("F_Lib()", "2").encode()})
     assert _paths(projects) == [file]
     assert not projects.findings()
-    projects.close(file)
+    projects.of(file)[0].close(file)
     assert set(projects.findings()) == {file}
+    projects.close(file)
+    assert _paths(projects) == []
     assert projects.of(tmp_path / "notes.txt") == []
 
 
@@ -66,7 +68,7 @@ def test_open_texts_count_in_projects_that_are_loaded_later(tmp_path: Path) -> N
     folder = write_project(tmp_path)
     projects = Projects([folder])
     name = "GVLs/GVL.TcGVL"
-    projects.edit(folder / name, FILES[name].replace("cMost", "cLeast").encode())
+    projects.edit({folder / name: FILES[name].replace("cMost", "cLeast").encode()})
     assert projects.findings()
-    projects.reread(folder / name)
+    projects.reread([folder / name])
     assert projects.findings()

@@ -1,5 +1,6 @@
 """The server as a client sees it: findings, edits, and messages that are wrong."""
 
+import asyncio
 import io
 from pathlib import Path
 from typing import Any
@@ -9,8 +10,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from lsprotocol import types
 
-from achse.lsp.server import BoundedInput, MessageTooLong
+from achse.lsp.server import BoundedInput, MessageTooLong, new_server
 from achse.st.files.files import SOURCES
+from achse.testing import VirtualTimeLoop
 from tests.lsp.client import InProcessClient, ServerRefused, opened, position_of
 from tests.st.workspace.sample import FILES, cold_findings, write_project
 
@@ -172,6 +174,23 @@ def test_unknown_methods_and_cancellations_are_answered(client: InProcessClient)
     assert client.request(types.WORKSPACE_SYMBOL, {"query": "F_Add"})
 
 
+def test_requests_too_early_twice_or_too_late_are_refused(project_folder: Path) -> None:
+    with asyncio.Runner(loop_factory=VirtualTimeLoop) as runner:
+        client = InProcessClient(new_server(), runner, project_folder)
+        with pytest.raises(ServerRefused, match="initialize first") as refusal:
+            client.request(types.WORKSPACE_SYMBOL, {"query": "F_Add"})
+        assert refusal.value.code == -32002
+    with opened(project_folder) as client:
+        with pytest.raises(ServerRefused, match="expected once") as refusal:
+            client.request(types.INITIALIZE, {"processId": None, "capabilities": {}})
+        assert refusal.value.code == -32600
+        assert client.request(types.WORKSPACE_SYMBOL, {"query": "F_Add"})
+        client.request(types.SHUTDOWN, None)
+        with pytest.raises(ServerRefused, match="after shutdown"):
+            client.request(types.WORKSPACE_SYMBOL, {"query": "F_Add"})
+        client.server.protocol._shutdown = False  # the client of this test does it again
+
+
 def test_options_of_the_wrong_kind_are_refused(project_folder: Path) -> None:
     for options in ({"libraries": "one"}, {"defines": [1]}, ["x"]):
         with (
@@ -196,6 +215,36 @@ def test_files_that_change_on_disk_are_read_again(tmp_path: Path) -> None:
         client.notify(types.WORKSPACE_DID_CHANGE_WATCHED_FILES, {"changes": changes})
         client.pause()
         assert client.diagnostics(MAIN)
+
+
+@pytest.mark.parametrize("count", [3, 30])
+def test_many_files_that_change_at_once_have_the_findings_of_each(
+    tmp_path: Path, count: int
+) -> None:
+    folder = write_project(tmp_path)
+    names = [f"More{number}.st" for number in range(count)]
+    good = {name: f"FUNCTION F_{name[:-3]} : INT\nEND_FUNCTION\n" for name in names}
+    bad = {name: text.replace(" : INT\n", " : INT\nnothing := 1;\n") for name, text in good.items()}
+    for name, text in good.items():
+        (folder / name).write_text(text)
+    with opened(folder) as client:
+        for name, text in bad.items():
+            (folder / name).write_text(text)
+        changes = [{"uri": client.uri(name), "type": 2} for name in names]
+        changes.append({"uri": "untitled:x", "type": 2})
+        client.notify(types.WORKSPACE_DID_CHANGE_WATCHED_FILES, {"changes": changes})
+        client.pause()
+        assert [len(client.diagnostics(name) or ()) for name in names] == [1] * count
+        for name, text in good.items():
+            client.open(name, text)
+        client.pause()
+        assert [client.diagnostics(name) for name in names] == [[]] * count
+        for name in names:
+            client.notify(
+                types.TEXT_DOCUMENT_DID_CLOSE, {"textDocument": {"uri": client.uri(name)}}
+            )
+        client.pause()
+        assert [len(client.diagnostics(name) or ()) for name in names] == [1] * count
 
 
 def test_a_client_that_can_is_asked_to_watch_files(project_folder: Path) -> None:
@@ -244,3 +293,10 @@ def test_a_message_longer_than_any_ends_the_stream() -> None:
     assert len(stream.readline()) < 10_000
     with pytest.raises(MessageTooLong, match="expected up to"):
         stream.read(10**24)
+    with pytest.raises(MessageTooLong, match="5000 digits"):
+        BoundedInput(io.BytesIO(b"Content-Length: " + b"9" * 5000 + b"\r\n")).readline()
+
+
+@pytest.mark.parametrize("header", [b"content-length:3\r\n", b"CONTENT-LENGTH: 3 \r\n"])
+def test_the_header_of_a_message_is_without_case(header: bytes) -> None:
+    assert BoundedInput(io.BytesIO(header)).readline() == b"Content-Length: 3\r\n"

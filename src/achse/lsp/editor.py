@@ -98,11 +98,15 @@ class Editor:
 
     def update(self) -> None:
         """Have the projects check what changed since."""
-        while self._changed:
-            key, file = self._changed.popitem()
+        if not self._changed:
+            return
+        changed, self._changed = self._changed, {}
+        contents = {}
+        for key, file in changed.items():
             document = self.documents.get(key)
             if document is not None and len(document.text) <= LARGEST:
-                self.projects.edit(file, document.text.encode("utf-8", "replace"))
+                contents[file] = document.text.encode("utf-8", "replace")
+        self.projects.edit(contents)
 
     def document_of(self, file: Path) -> Document | None:
         """Return the document of a file, open or on disk."""

@@ -5,7 +5,7 @@ is a project, and a folder without one is a project of all sources below it.
 """
 
 import tomllib
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -102,23 +102,27 @@ class Projects:
             self._workspaces[key] = made
         return self._workspaces[key]
 
-    def edit(self, file: Path, content: bytes) -> None:
-        """Take the content of an open file."""
-        self._contents[file_key(file)] = file, content
-        self.of(file)
+    def edit(self, contents: Mapping[Path, bytes]) -> None:
+        """Take the contents of open files."""
+        self._contents |= {file_key(file): (file, content) for file, content in contents.items()}
+        for file in contents:
+            self.of(file)
         for workspace in self:
-            workspace.edit(file, content)
+            workspace.edit_all(contents)
 
     def close(self, file: Path) -> None:
-        """Go back to the content that a file has on disk."""
-        self._contents.pop(file_key(file), None)
+        """Go back to the content that a file has on disk; forget one outside of all folders."""
+        key = file_key(file)
+        self._contents.pop(key, None)
+        if not any(Path(key).is_relative_to(folder) for folder in self.folders):
+            self._workspaces.pop(key, None)
         for workspace in self:
             workspace.close(file)
 
-    def reread(self, file: Path) -> None:
-        """Look at a file that may have changed on disk."""
+    def reread(self, files: Collection[Path]) -> None:
+        """Look at files that may have changed on disk."""
         for workspace in self:
-            workspace.reread(file)
+            workspace.reread_all(files)
 
     def lint(self) -> bool:
         """Run the linter where a project has rules on; return True if there are new findings."""

@@ -46,6 +46,10 @@ _LINT_PAUSE_S = 0.3
 
 _LONGEST_MESSAGE = 1 << 28
 _LONGEST_LINE = 1 << 13
+_MOST_DIGITS = 30
+
+_NOT_INITIALIZED = -32002
+_INVALID_REQUEST = -32600
 
 _WATCHED = (
     f"**/*.{{{','.join(form.suffix[1:] for form in FORMS)}}}",
@@ -64,8 +68,18 @@ class BoundedInput:
         self._stream = stream
 
     def readline(self) -> bytes:
-        """Return a line of a header, or what is too long for one piece by piece."""
-        return self._stream.readline(_LONGEST_LINE)
+        """Return a line of a header, or what is too long for one piece by piece. Raises
+        `MessageTooLong`."""
+        line = self._stream.readline(_LONGEST_LINE)
+        name, colon, value = line.partition(b":")
+        if not colon or name.strip().lower() != b"content-length" or not value.strip().isdigit():
+            return line
+        digits = value.strip()  # names of fields are without case, which pygls does not know
+        if len(digits) > _MOST_DIGITS:
+            raise MessageTooLong(
+                f"Content-Length: expected up to {_LONGEST_MESSAGE}, got {len(digits)} digits"
+            )
+        return b"Content-Length: %s\r\n" % digits
 
     def read(self, length: int) -> bytes:
         """Return a message. Raises `MessageTooLong`."""
@@ -77,7 +91,29 @@ class BoundedInput:
 
 
 class _Protocol(LanguageServerProtocol):
-    """The protocol, with an answer to requests whose parameters are wrong."""
+    """The protocol, with an answer to requests whose parameters or time is wrong."""
+
+    def handle_message(self, message: Any) -> None:
+        method = getattr(message, "method", None)
+        if isinstance(method, str) and hasattr(message, "id"):
+            error = self._refusal(method)
+            if error is not None:
+                self._send_response(message.id, error=error)
+                return
+        super().handle_message(message)
+
+    def _refusal(self, method: str) -> types.ResponseError | None:
+        """Return the error of a request that comes too early, twice or too late."""
+        if self._shutdown:
+            return types.ResponseError(_INVALID_REQUEST, f"{method[:100]}: after shutdown")
+        is_initialized = getattr(self, "server_capabilities", None) is not None
+        if method == types.INITIALIZE and is_initialized:
+            return types.ResponseError(_INVALID_REQUEST, "initialize: expected once")
+        if method not in (types.INITIALIZE, types.SHUTDOWN) and not is_initialized:
+            return types.ResponseError(
+                _NOT_INITIALIZED, f"expected initialize first, got {method[:100]}"
+            )
+        return None
 
     def structure_message(self, data: dict[str, Any]) -> Any:
         try:
@@ -287,6 +323,7 @@ def _add_documents(server: LspServer) -> None:
 
     @server.feature(types.WORKSPACE_DID_CHANGE_WATCHED_FILES)
     def watched(params: types.DidChangeWatchedFilesParams) -> None:
-        for change in params.changes:
-            server.editor.projects.reread(server.editor.file_of(change.uri))
+        uris = (change.uri for change in params.changes)
+        files = [server.editor.file_of(uri) for uri in uris if uri.startswith("file:")]
+        server.editor.projects.reread(files)
         server.check_soon()

@@ -60,9 +60,9 @@ class WarmProjects:
         elif known.stamps.keys() != stamps.keys():
             known.workspace.load()
         else:
-            for file, stamp in stamps.items():
-                if known.stamps[file] != stamp:
-                    known.workspace.reread(file)
+            known.workspace.reread_all(
+                [file for file, stamp in stamps.items() if known.stamps[file] != stamp]
+            )
         known.stamps = stamps
         self._projects[key] = known
         while len(self._projects) > _MOST:

@@ -115,10 +115,6 @@ def first_touched(
     for node in checking.nodes.values():
         if any(quoted in one.message for one in node.warnings):
             return None
-    quoted = f"{known.source.path}:"  # a place there may have moved
-    for node in checking.nodes.values():
-        if any(quoted in one.message for one in node.warnings):
-            return None
     tainted = [one for one in scopes.entries.values() if one.source in faulty]
     for key, node in checking.nodes.items():
         if node.faults and checking.routines.known(key) is None:

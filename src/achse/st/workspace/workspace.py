@@ -51,7 +51,7 @@ _NAMED_FILES = re.compile(rb"<(Compile|Folder)\b[^>]*?(?:/>|>.*?</\1>)", re.DOTA
 """Files and folders in a `.plcproj`."""
 
 _MOST_FILES = 16
-"""Files that come and go at once; of more the project is read again."""
+"""Files that come, go or change at once; of more the project is read again."""
 
 Given = Callable[[Sequence[TaskDeclaration]], Iterable[type[StaticRecord]]]
 LintRules = Callable[[Path], LintOptions]
@@ -82,6 +82,11 @@ def _emptied(parsed: Parsed) -> Parsed:
     source = Source("", parsed.source.path)
     source.file = parsed.source.file
     return Parsed(source, (), ())
+
+
+def _has_content(file: Path, content: bytes) -> bool:
+    """Return True if a file on disk has this content."""
+    return file.is_file() and file.stat().st_size == len(content) and file.read_bytes() == content
 
 
 def _nothing_given(tasks: Sequence[TaskDeclaration]) -> Iterable[type[StaticRecord]]:
@@ -250,6 +255,20 @@ class Workspace:
         self._contents[key] = content
         return self._changed(key, file)
 
+    def edit_all(self, contents: Mapping[Path, bytes]) -> None:
+        """Take the contents of several files."""
+        changed = {f: new for f, new in contents.items() if self.text_of(f) != new}
+        if self._are_many(file for file, new in changed.items() if not _has_content(file, new)):
+            self._contents |= {file_key(file): new for file, new in changed.items()}
+            self.load()
+            return
+        for file, new in changed.items():
+            self.edit(file, new)
+
+    def _are_many(self, files: Iterable[Path]) -> bool:
+        """Return True if it takes less to read the project again than to look at each file."""
+        return sum(1 for file in files if self.has(file)) > _MOST_FILES
+
     def close(self, file: Path) -> Extent:
         """Go back to the content that a file has on disk."""
         key = file_key(file)
@@ -264,6 +283,14 @@ class Workspace:
             return self.relist()
         is_open = key in self._contents and key in self._sources
         return Extent.NOTHING if is_open else self._changed(key, file)
+
+    def reread_all(self, files: Collection[Path]) -> None:
+        """Look at several files that may have changed on disk, have come or gone."""
+        if self._are_many(files):
+            self.load()
+            return
+        for file in files:
+            self.reread(file)
 
     def relist(self) -> Extent:
         """Look for files that came and went."""
