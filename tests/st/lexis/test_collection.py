@@ -1,6 +1,8 @@
 """When Python searches for garbage while sources are read, declared and checked."""
 
 import gc
+import subprocess
+import sys
 from collections.abc import Callable
 from pathlib import Path
 
@@ -31,6 +33,28 @@ def test_many_objects_made_while_collection_is_paused_count_as_old(
     finally:
         gc.set_threshold(*thresholds)
     assert is_old is (many == 1_000 and not frozen)
+
+
+MADE_AND_DROPPED = """
+import gc, weakref
+from achse.st.lexis import collection
+class Loop:
+    def __init__(self):
+        self.itself = self
+collection._MANY, collection._MOST_UNSEARCHED = 1_000, 5_000
+gc.set_threshold(1_000_000)
+dropped = [weakref.WeakSet() for _ in range(8)]
+for each in dropped:
+    with collection.collection_paused():
+        each.update([Loop() for _ in range(2_000)])
+print(len(dropped[0]))
+"""
+
+
+def test_cycles_that_are_made_and_dropped_do_not_pile_up() -> None:
+    words = [sys.executable, "-c", MADE_AND_DROPPED]  # this process has frozen objects
+    ran = subprocess.run(words, capture_output=True, text=True, check=True, timeout=600)
+    assert int(ran.stdout) == 0
 
 
 TEXT = "PROGRAM P VAR n : INT; END_VAR n := n + 1; END_PROGRAM\n"

@@ -7,6 +7,35 @@ from contextlib import contextmanager
 _MANY = 50_000
 """New objects from which on they are made old before the next search for garbage."""
 
+_MOST_UNSEARCHED = 400_000
+"""Objects made old without a search, from which on the next pause ends with one."""
+
+
+class _OldObjects:
+    """Count of the objects that were made old without a search.
+
+    Python counts those that its own searches made old, and searches all when they are many. What a
+    process makes and drops again and again, as a language server does, would stay for ever.
+    """
+
+    def __init__(self) -> None:
+        self._unsearched = 0
+        self._survivors = 0
+
+    def add(self, count: int) -> None:
+        """Make new objects old, or search for garbage among all."""
+        self._unsearched += count
+        if self._unsearched > max(_MOST_UNSEARCHED, self._survivors):
+            gc.collect()
+            self._unsearched = 0
+        gc.freeze()
+        if not self._unsearched:
+            self._survivors = gc.get_freeze_count()
+        gc.unfreeze()
+
+
+_old = _OldObjects()
+
 
 @contextmanager
 def collection_paused() -> Iterator[None]:
@@ -21,7 +50,7 @@ def collection_paused() -> Iterator[None]:
         yield
     finally:
         # Counting what is frozen walks over all of it: only where the search would cost more.
-        if gc.get_count()[0] > _MANY and not gc.get_freeze_count():
-            gc.freeze()
-            gc.unfreeze()
+        count = gc.get_count()[0]
+        if count > _MANY and not gc.get_freeze_count():
+            _old.add(count)
         gc.enable()
