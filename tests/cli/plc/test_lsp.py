@@ -33,6 +33,26 @@ def _initialize(folder: Path) -> dict[str, Any]:
     return {"id": 1, "method": "initialize", "params": params}
 
 
+def test_a_client_that_does_not_read_the_log_is_served(tmp_path: Path) -> None:
+    folder = write_project(tmp_path)
+    wrong = {"method": "textDocument/hover", "params": {"position": "x" * 2000}}
+    sent = [
+        _framed(_initialize(folder)),
+        *(_framed({"id": 100 + number, **wrong}) for number in range(200)),
+        _framed({"id": 2, "method": "workspace/symbol", "params": {"query": "F_Add"}}),
+        _framed({"id": 3, "method": "shutdown"}),
+        _framed({"method": "exit"}),
+    ]
+    command = [sys.executable, "-m", "achse", "lsp"]
+    pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
+    with subprocess.Popen(command, **pipes) as server:  # type: ignore[call-overload]
+        server.stdin.write(b"".join(sent))
+        server.stdin.flush()
+        answers = {one.get("id") for one in _messages(server.stdout.read())}
+        assert {2, 3} <= answers
+        assert server.wait(600) == 0
+
+
 @pytest.mark.parametrize("ending", [b"", b"Content-Length: 9\r\n\r\nnot JSON!"])
 def test_the_server_answers_and_ends_with_its_client(tmp_path: Path, ending: bytes) -> None:
     folder = write_project(tmp_path)

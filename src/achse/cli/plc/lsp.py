@@ -29,7 +29,9 @@ def lsp() -> None:
     out = sys.stdout.buffer
     sys.stdout = sys.stderr  # what anybody prints would be taken for a message
     from achse import __version__
+    from achse.cli.logs import LogFormat, LogLevel, set_up_logs
 
+    set_up_logs(LogFormat.TEXT, LogLevel.WARNING)  # many clients do not read it
     try:
         new_server(__version__).start_io(cast("BinaryIO", BoundedInput(sys.stdin.buffer)), out)
     except MessageTooLong as refusal:

@@ -55,6 +55,7 @@ def mcp(
 
         fail(needs_extra("achse mcp", "mcp"))
     from achse import __version__
+    from achse.cli.logs import LogFormat, LogLevel, set_up_logs
     from achse.tcunit.locate import VARIABLE
 
     tcunit = os.environ.get(VARIABLE)
@@ -62,6 +63,8 @@ def mcp(
     missing_libraries = [str(path) for path in libraries if not path.exists()]
     if missing_libraries:
         fail(f"{missing_libraries[0]}: no such file or folder")
-    new_server(__version__, root, libraries=libraries, target=connect, may_write=allow_write).run(
-        "stdio"
+    server = new_server(
+        __version__, root, libraries=libraries, target=connect, may_write=allow_write
     )
+    set_up_logs(LogFormat.TEXT, LogLevel.WARNING)  # many agents do not read it
+    server.run("stdio")
