@@ -34,9 +34,9 @@ def test_routines_that_name_a_touched_unit_are_checked_again(workspace: Workspac
     assert checking is not None
     main = workspace.source_of(workspace.path / "POUs" / "MAIN.TcPOU")
     assert main is not None
-    found = routines_again(checking, Touched({"f_add"}, {"f_add"}), {main})
-    assert {one.key for one in found} == {"main", "main.reset"}
-    assert not routines_again(checking, Touched({"main"}, {"main"}), {main})
+    found = routines_again(checking, Touched({"f_add"}, {"f_add"}), {main}, WordIndex())
+    assert {one.key for one in found} == {"main"}
+    assert not routines_again(checking, Touched({"main"}, {"main"}), {main}, WordIndex())
 
 
 def test_a_name_of_a_library_touches_everything(tmp_path: Path) -> None:

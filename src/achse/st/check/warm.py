@@ -325,6 +325,8 @@ def _unit_node(name: str) -> str:
 
 def _is_among(key: str, units: Collection[str]) -> bool:
     """Return True if one of these units, or a generic one with its constants, has a key."""
+    if "<" not in key:
+        return key in units
     return any(part in units for part in parts_of_instance(key))
 
 

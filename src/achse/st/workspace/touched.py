@@ -2,12 +2,13 @@
 
 Whatever a routine or a declaration looks up is a word in its text. So a unit is touched if its
 declarations have the name of a touched unit, or that of a variable, value or property of one that
-needs no prefix; a routine is checked again if its file has such a name. Words that mean something
+needs no prefix; a routine is checked again if its text has such a name. Words that mean something
 else there cost time and change nothing.
 """
 
 import re
-from collections.abc import Container, Iterable, Iterator
+from bisect import bisect_right
+from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from achse.st.check.signatures import Signature
@@ -19,6 +20,8 @@ from achse.st.syntax.outlines import outline_of
 from achse.st.syntax.parser import Parsed
 from achse.st.syntax.tree import Note
 from achse.st.syntax.units import Namespace, Unit
+from achse.st.typed.project import RoutineKind
+from achse.st.workspace.cursor import first_offset
 
 _WITHOUT_UNIT = ("", "interfaces")
 """Nodes that are checked again after each edit."""
@@ -40,6 +43,7 @@ class WordIndex:
     def __init__(self) -> None:
         self._files: dict[Source, tuple[str, frozenset[str]]] = {}
         self._declared: dict[DeclaredUnit, tuple[Unit, frozenset[str]]] = {}
+        self._routines: dict[Source, tuple[str, dict[str, frozenset[str]]]] = {}
 
     def of_file(self, source: Source, units: Iterable[Unit] = ()) -> frozenset[str]:
         """Return the words in a file, its drawn bodies included."""
@@ -60,10 +64,22 @@ class WordIndex:
             known = self._declared[entry] = (tree, frozenset(_words_in(tree)))
         return known[1]
 
+    def of_routines(
+        self, source: Source, routines: Iterable[Signature]
+    ) -> Mapping[str, frozenset[str]]:
+        """Return the words in the text of each routine of a file, by its key; what is drawn or has
+        no text is not among them. `routines` are all that the file has."""
+        known = self._routines.get(source)
+        if known is None or known[0] is not source.text:
+            found = dict(_words_of_routines(source, list(routines)))
+            known = self._routines[source] = (source.text, found)
+        return known[1]
+
     def keep(self, sources: Iterable[Parsed], entries: Iterable[DeclaredUnit]) -> None:
         """Forget the words of all other files and units."""
         files, units = {parsed.source for parsed in sources}, set(entries)
         self._files = {key: words for key, words in self._files.items() if key in files}
+        self._routines = {key: words for key, words in self._routines.items() if key in files}
         self._declared = {key: words for key, words in self._declared.items() if key in units}
 
     def touched(
@@ -131,20 +147,55 @@ def first_touched(
 
 
 def routines_again(
-    checking: WarmChecking, touched: Touched, named: Container[Source]
+    checking: WarmChecking, touched: Touched, named: Container[Source], index: WordIndex
 ) -> list[Signature]:
     """Return the routines to check again in units that are not declared again.
 
     `named` are the files that have a touched name. Faults say what has a similar name, anywhere.
     """
-    found = []
+    by_source: dict[Source, list[Signature]] = {}
     for routine in checking.routines.made:
-        node = checking.nodes.get(routine.key)
-        if node is None or checking.unit_of(routine.key) in touched.units:
-            continue
-        if node.faults or routine.source in named:
-            found.append(routine)
+        by_source.setdefault(routine.source, []).append(routine)
+    found = []
+    for source, routines in by_source.items():
+        words = index.of_routines(source, routines) if source in named else None
+        for routine in routines:
+            node = checking.nodes.get(routine.key)
+            if node is None or checking.unit_of(routine.key) in touched.units:
+                continue
+            own = None if words is None else words.get(routine.key)
+            is_named = words is not None and (own is None or not touched.words.isdisjoint(own))
+            if node.faults or is_named:
+                found.append(routine)
     return found
+
+
+def _words_of_routines(
+    source: Source, routines: Sequence[Signature]
+) -> Iterator[tuple[str, frozenset[str]]]:
+    """The words in the text of each routine: from its declarations, and from its body, to where
+    those of another begin."""
+    places = {routine.key: tuple(_places_of(routine)) for routine in routines}
+    ends = sorted({place for own in places.values() for place in own})
+    pieces = [piece.start for piece in source.pieces]
+    for routine in routines:
+        if routine.kind is RoutineKind.LIFE or isinstance(routine.body, GraphicalBody):
+            continue
+        words: set[str] = set()
+        for place in places[routine.key]:
+            piece = bisect_right(pieces, place)
+            begin = max(pieces[piece - 1] if piece else 0, source.text.rfind("\n", 0, place) + 1)
+            following = bisect_right(ends, place)
+            end = ends[following] if following < len(ends) else len(source.text)
+            words.update(_WORD.findall(source.text[begin:end].lower()))
+        yield routine.key, frozenset(words)
+
+
+def _places_of(routine: Signature) -> Iterator[int]:
+    """The offsets of the declarations and of the first statement of a routine."""
+    yield routine.tree.at
+    if isinstance(routine.body, tuple) and routine.body:
+        yield first_offset(routine.body[0])
 
 
 def _names_of(unit: Unit) -> Iterator[str]:

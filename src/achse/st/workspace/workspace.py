@@ -510,7 +510,7 @@ class Workspace:
             for parsed in sources
             if not touched.words.isdisjoint(self._words.of_file(parsed.source, parsed.units))
         }
-        routines = routines_again(checking, touched, named)
+        routines = routines_again(checking, touched, named, self._words)
         self.declarations = declare_again(
             names, self.sources, files.libraries, touched.units, touched.words
         )
