@@ -28,7 +28,7 @@ SHORT: dict[str, tuple[list[str], str]] = {
     "forwarding.py": (["time", "2"], rf"routed +{NUMBER} µs per request and answer"),
     "frames.py": (["2000"], rf"64 per portion: +{NUMBER}/s  bare +{NUMBER}/s"),
     "gcode_parse.py": (["2000"], rf"parse +{NUMBER} blocks/s"),
-    "language_server.py": (["12", "1"], rf"edit of a body, until shown +p50 +{NUMBER} ms"),
+    "language_server.py": (["12", "1"], rf"edit of a body, until shown +p50 +{NUMBER}"),
     "machine_code.py": (["70"], rf"FAST +compiled in +{NUMBER} ms, +{NUMBER} bytes"),
     "many_programs.py": (["1", "2", "1"], r"foreign( +0)+\n"),
     "mc_blocks.py": (["0.2", "1"], rf"so the PLC +{NUMBER}%, [1-9]\d* moves done"),
