@@ -1,10 +1,9 @@
 """Kills (SIGKILL) of client, router and station at drawn moments: what remains at the station.
 
 A program fetches symbol handles and subscribes through `achse router`, one request after the other,
-until the part of this round is killed, and it as well: a program, the router, or the station. Then
-the station, asked directly, must come to hold nothing of any client. Symbol handles that only the
-station could release are counted for themselves: they are abandoned, as those of a program that
-was connected directly (decision 0116).
+until the part of this round is killed, and it as well: a program, the router, or the station. What
+was killed is started again, as by systemd; some routers are killed once more while they start. Then the station, asked directly, must come to hold
+nothing of any client, abandoned handles (decision 0116) included.
 
 Usage: python benchmarks/router_kills.py [KILLS] [SEED]
 """
@@ -12,9 +11,11 @@ Usage: python benchmarks/router_kills.py [KILLS] [SEED]
 import asyncio
 import contextlib
 import json
+import os
 import random
 import subprocess
 import sys
+import tempfile
 import time
 from collections import Counter, defaultdict
 
@@ -75,7 +76,14 @@ def main(kills: str = "50", seed: str = "1") -> None:
     if kills == "program":
         asyncio.run(program(*seed.split("=")))
         return
-    moments = random.Random(int(seed))
+    with tempfile.TemporaryDirectory() as folder:
+        os.environ["ACHSE_STATE_DIR"] = folder
+        measure(int(kills), int(seed))
+
+
+def measure(kills: int, seed: int) -> None:
+    """Kill and count."""
+    moments = random.Random(seed)
     station, router = free_host(), free_host()
     target = f"{station}={station}.1.1"
     run = ("-m", "achse", "run", "--host", station, "--net-id", f"{station}.1.1")
@@ -90,7 +98,7 @@ def main(kills: str = "50", seed: str = "1") -> None:
     times: dict[str, list[float]] = defaultdict(list)
     most: Counter[str] = Counter()
     try:
-        for _ in range(int(kills)):
+        for _ in range(kills):
             for part in reversed(PARTS):
                 if part not in there:
                     there[part] = started(*commands[part], ready=ready[part])
@@ -98,27 +106,32 @@ def main(kills: str = "50", seed: str = "1") -> None:
             time.sleep(moments.uniform(0.0, 0.2))
             begin = time.monotonic()
             kill(there.pop(part))
-            if part == "station":
-                there[part] = started(*commands[part], ready=ready[part])
+            if part == "router" and moments.random() < 0.4:
+                starting = subprocess.Popen(
+                    [sys.executable, *commands[part]], stdout=subprocess.DEVNULL
+                )
+                time.sleep(moments.uniform(0.1, 1.0))
+                starting.kill()
+                starting.wait()
+                times["router twice"].append(0.0)
             if part != "program":
+                there[part] = started(*commands[part], ready=ready[part])
                 time.sleep(moments.uniform(0.0, 0.2))
                 begin = time.monotonic()
                 kill(there.pop("program"))
-            while True:
-                subscriptions, handles, abandoned = asyncio.run(held(station))
-                most["abandoned handles"] = max(most["abandoned handles"], abandoned)
-                if not subscriptions + handles:
-                    break
+            while any(left := asyncio.run(held(station))):
+                most["abandoned handles"] = max(most["abandoned handles"], left[2])
                 if time.monotonic() > begin + WITHIN_S:
-                    raise SystemExit(f"{subscriptions} subscriptions and {handles} handles remain")
+                    raise SystemExit(f"subscriptions, handles, abandoned handles remain: {left}")
             times[part].append(time.monotonic() - begin)
     finally:
         for process in there.values():
             with contextlib.suppress(OSError):
                 kill(process)
+    print(f"{len(times.pop('router twice', []))} routers were killed again while they started")
     for part, each in sorted(times.items()):
         print(f"{len(each):3} kills of the {part:8} nothing left after {max(each):.2f} s at most")
-    print(f"abandoned handles at the station: {most['abandoned handles']} at most")
+    print(f"abandoned handles at the station meanwhile: {most['abandoned handles']} at most")
 
 
 if __name__ == "__main__":

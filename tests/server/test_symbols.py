@@ -60,9 +60,20 @@ def test_a_released_handle_cannot_be_used(bench: Any) -> None:
     assert bench.write(0xF006, 0, struct.pack("<I", handle)) == 0x711
 
 
-@pytest.mark.parametrize("data", [b"", bytes(3), bytes(5)])
+@pytest.mark.parametrize("data", [bytes(1), bytes(3), bytes(5)])
 def test_a_release_has_four_bytes(bench: Any, data: bytes) -> None:
     assert bench.write(0xF006, 0, data) == 0x705
+
+
+def test_release_without_a_handle_ends_what_the_client_has_abandoned(bench: Any) -> None:
+    stranger, address = bench.join()
+    abandoned = bench.handle("MAIN.nCounter")
+    bench.device.symbols.handles.abandon_client(bytes(bench.me))
+    own = bench.handle("MAIN.nCounter")
+    assert bench.write(0xF006, 0, b"", source=address, origin=stranger) == 0
+    assert bench.read(0xF005, abandoned, 4)[0] == 0
+    assert bench.write(0xF006, 0, b"") == 0
+    assert [bench.read(0xF005, each, 4)[0] for each in (own, abandoned)] == [0, 0x710]
 
 
 def test_handle_is_used_by_all_clients_and_released_by_its_own(bench: Any) -> None:

@@ -20,6 +20,7 @@ from achse.devices.system.device import VERSION, SystemDevice
 from achse.gateway.choices import resubscribe_group
 from achse.gateway.configuration import GatewayConfig, TargetConfig
 from achse.gateway.figures import statistics, statistics_group
+from achse.gateway.journal_file import opened_journal
 from achse.gateway.metrics import gateway_families
 from achse.gateway.registration import register
 from achse.gateway.requests import OwnRequests
@@ -51,11 +52,15 @@ _SETTLED_WITHIN = 2.0
 class Gateway:
     """A router that many programs use to reach targets; a target sees one connection.
 
-    `base` is where relative names in the configuration begin. Raises ConfigError.
+    `base` is where relative names in the configuration begin. In `state`, a folder, a router that
+    is killed leaves the names of the handles that the next one releases. Raises ConfigError.
     """
 
-    def __init__(self, config: GatewayConfig, *, base: Path | None = None) -> None:
+    def __init__(
+        self, config: GatewayConfig, *, base: Path | None = None, state: Path | None = None
+    ) -> None:
         self.config = config
+        self._state = state
         self._base = base or Path()
         self.router = Router(config.router.net_id or _own_net_id(config), source_nat=True)
         choices = self.router.resubscription = Resubscription([each.rule for each in config.client])
@@ -109,6 +114,19 @@ class Gateway:
         let_everybody_in: bool | None = None,
     ) -> AsyncIterator["Gateway"]:
         """Serve clients and keep the links to the targets. Raises OSError, ConfigError."""
+        with opened_journal(NetId(self.router.net_id), self._state) as journal:
+            self.router.journal = journal
+            async with self._open(host, tcp_port, udp_port, let_everybody_in):
+                yield self
+
+    @asynccontextmanager
+    async def _open(
+        self,
+        host: str | None,
+        tcp_port: int | None,
+        udp_port: int | None,
+        let_everybody_in: bool | None,
+    ) -> AsyncIterator[None]:
         self.metrics.open(self.config.metrics)
         try:
             await self.network.open(host, tcp_port, udp_port, let_everybody_in)
@@ -131,7 +149,7 @@ class Gateway:
             with contextlib.suppress(TimeoutError):
                 async with asyncio.timeout(_SETTLED_WITHIN):
                     await asyncio.gather(*(each.settled.wait() for each in self.targets))
-            yield self
+            yield
         finally:
             for task in tasks:
                 task.cancel()

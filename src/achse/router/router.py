@@ -12,6 +12,7 @@ from typing import Any
 from achse.ams import AmsAddress, Command, Endpoint, Flags, Frame, NetId, RouterError
 from achse.codes import ReturnCode
 from achse.router.clients import Clients
+from achse.router.forwarding.journal import HandleJournal
 from achse.router.forwarding.resubscription import Resubscription
 from achse.router.routes import RouteTable
 
@@ -63,6 +64,8 @@ class Router:
         self.source_nat = source_nat
         self.resubscription: Resubscription | None = None
         """Choice of clients whose resources are made again; None: the keys of the routes."""
+        self.journal: HandleJournal | None = None
+        """Symbol handles at targets, to be released after a lost connection; None: not kept."""
         self.routes = RouteTable(own=(net_id, LOOPBACK_NET_ID))
         self._ports: set[int] = set()
         self._reserved: set[int] = set()

@@ -63,8 +63,9 @@ class HandleTable(Generic[Symbol]):
     Handles are opaque and not zero, in a number space of their own. Every client may use each of
     them. A handle counts for the client that requested it until the connection of that request
     ends. Then it is abandoned: it stays valid, but is the first to end when a limit is reached.
-    A client may release its own handles and abandoned ones. After a change of the symbol table the
-    old handles answer 0x711 until released; an unknown handle answers 0x710, its release 0x711.
+    A client may release its own handles and abandoned ones, and all that it has abandoned at once.
+    After a change of the symbol table the old handles answer 0x711 until released; an unknown
+    handle answers 0x710, its release 0x711.
 
     The first number comes from `clock`, the station's time, unix ns: a handle from before a restart
     is unknown after it.
@@ -86,6 +87,8 @@ class HandleTable(Generic[Symbol]):
         self._counts: dict[bytes, int] = {}
         """Handles that count for each client, over all its connections."""
         self._clients_by_way: dict[Endpoint, set[bytes]] = {}
+        self._abandoned: dict[bytes, set[HandleOwner]] = {}
+        """Owners of abandoned handles, by client."""
         self._clock = clock
         self._next = 0
         """Number to try for the next handle; 0 before the first one."""
@@ -158,6 +161,12 @@ class HandleTable(Generic[Symbol]):
             )
         self.end(number)
 
+    def release_abandoned(self, client: bytes) -> None:
+        """End all handles that this client has abandoned."""
+        for owner in list(self._abandoned.get(client, ())):
+            while owner.numbers:
+                owner.end_one()
+
     def end(self, number: int) -> None:
         """End a handle of any client."""
         handle = self._valid.pop(number, None)
@@ -168,7 +177,7 @@ class HandleTable(Generic[Symbol]):
         if owner.abandoned:
             usage.abandoned_handles -= 1
             if not owner.numbers:
-                del usage.abandoned[owner]
+                self._forget_abandoned(owner)
         else:
             self._counts[owner.client] -= 1
             usage.handles_by_host.add(owner.host, -1)
@@ -194,6 +203,15 @@ class HandleTable(Generic[Symbol]):
         owner.abandoned, owner.way = True, None
         self.usage.abandoned[owner] = None
         self.usage.abandoned_handles += len(owner.numbers)
+        self._abandoned.setdefault(owner.client, set()).add(owner)
+
+    def _forget_abandoned(self, owner: HandleOwner) -> None:
+        """None of the abandoned handles of an owner is left."""
+        del self.usage.abandoned[owner]
+        owners = self._abandoned[owner.client]
+        owners.remove(owner)
+        if not owners:
+            del self._abandoned[owner.client]
 
     def abandon_client(self, client: bytes) -> None:
         """Abandon the handles of a client that is gone."""
@@ -252,6 +270,7 @@ class HandleTable(Generic[Symbol]):
         self._owners.clear()
         self._counts.clear()
         self._clients_by_way.clear()
+        self._abandoned.clear()
 
 
 def _number_at(unix_ns: int) -> int:

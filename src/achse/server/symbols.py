@@ -188,8 +188,9 @@ class SymbolServices:
             ReservedGroup.RELEASE_SYMBOL_HANDLE,
             "release symbol handle",
             write=self._release_handle,
-            request="UINT32 handle",
-            description="Gives a handle back (RELEASE_SYMHANDLE).",
+            request="UINT32 handle, or nothing",
+            description="Gives a handle back (RELEASE_SYMHANDLE). Without data: all that the client"
+            " has abandoned, those that it requested over connections that have ended (achse).",
             source="000, 002, 003",
         )
         yield RawGroup(
@@ -294,6 +295,9 @@ class SymbolServices:
         return symbol
 
     def _release_handle(self, offset: int, data: bytes, client: bytes) -> None:
+        if not data:
+            self.handles.release_abandoned(client)
+            return
         if len(data) != 4:
             raise DeviceError(ReturnCode.INVALID_SIZE, f"a handle is 4 bytes, got {len(data)}")
         (handle,) = _HANDLE.unpack(data)

@@ -1,10 +1,11 @@
 """A file that one process holds at a time; the system gives it back when the process ends."""
 
 import sys
+from io import FileIO
 from typing import IO
 
 
-def lock_file(file: IO[str]) -> bool:
+def lock_file(file: IO[str] | FileIO) -> bool:
     """Hold an open file until it is closed; False if somebody holds it."""
     try:
         if sys.platform == "win32":

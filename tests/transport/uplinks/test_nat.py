@@ -24,6 +24,7 @@ def test_only_senders_come_and_targets_go_under_another_net_id(
     router: Any = SimpleNamespace(
         seen=[],
         net_id=OTHER,
+        journal=None,
         is_local=lambda _: True,
         learn=lambda *_: None,
         local_endpoint=lambda _: None,

@@ -124,9 +124,10 @@ async def _serve(
     page: "Callable[[Gateway], AbstractAsyncContextManager[WebServer | None]]",
 ) -> int:
     from achse.gateway.gateway import Gateway
+    from achse.gateway.journal_file import state_folder
 
     async def until(stopped: asyncio.Event) -> None:
-        gateway = Gateway(config, base=base)
+        gateway = Gateway(config, base=base, state=state_folder())
         async with (
             gateway.running(config.router.host, tcp_port, let_everybody_in=let_everybody_in),
             page(gateway) as web,

@@ -16,6 +16,7 @@ from collections.abc import Callable, Iterator
 from achse.ams import AmsAddress, Command, Endpoint, Flags, Frame
 from achse.codes import ReturnCode
 from achse.router.forwarding.forwarded_client import ForwardedClient
+from achse.router.forwarding.journal import HandleJournal
 from achse.router.forwarding.latency import MEASURED, Latencies
 from achse.router.forwarding.ledger import (
     Resource,
@@ -23,6 +24,7 @@ from achse.router.forwarding.ledger import (
     ResourceChange,
     ResourceKind,
 )
+from achse.router.forwarding.orphans import EARLIER, OrphanRelease
 from achse.router.forwarding.pending import PendingExchange, PendingRequest, PendingRequests
 from achse.router.forwarding.resource_requests import change_of, without
 from achse.router.forwarding.restoring import LinkMemory, Restoration, version_request
@@ -40,6 +42,9 @@ circles. Less than a window, so that it does not wait there."""
 
 _PATIENCE, _RESTORED_WITHIN = 5, 60
 """Seconds in which a target has to answer something, and all, that makes resources again."""
+
+_RELEASED_WITHIN = 30
+"""Seconds in which a target has to answer all that releases orphaned handles."""
 
 _UNKNOWN = b"?"
 """Symbol version that is queried, and no answer has come yet."""
@@ -60,17 +65,20 @@ class Forwarding:
         clock: Callable[[], float] | None = None,
         memory: LinkMemory | None = None,
         write: Callable[[list[bytes]], object] | None = None,
+        journal: HandleJournal | None = None,
     ) -> None:
         """With `write`, which sends packets, what is beyond the window of a client waits. With
         `clock` (seconds, as the times of requests) latencies are counted; with `memory`
-        resources are remembered so that they can be made again."""
+        resources are remembered so that they can be made again; symbol handles are entered into
+        `journal`."""
         self._memory = memory
+        self._journal = journal
         self._versions: set[bytes] = set()
         """Devices whose symbol version was queried on this connection."""
         self._router = router
         self._clock = clock
         self._later = later
-        self._sessions = Sessions(router, later, lambda session: self.requests.drop(session))
+        self._sessions = Sessions(router, later, self._freed)
         self.windows = Windows(write or _nowhere, later)
         self.requests = PendingRequests(self._sessions.rest, self.windows.go_on)
         self._subscribers: dict[Resource, ForwardedClient] = {}
@@ -80,7 +88,9 @@ class Forwarding:
             is_used=self.requests.__contains__,
             is_held=self._subscribers.__contains__,
             rest=self._sessions.rest,
+            released=self._note_release,
         )
+        self._orphans: OrphanRelease | None = None
         self._restorations: list[Restoration] = []
         self._listening = False
         self.returned = 0
@@ -167,6 +177,8 @@ class Forwarding:
             refusal = self.requests.add(session, frame, request, circles)
             if refusal is not None:
                 return refusal
+            if change is not None and self._journal is not None and change.fetches_handle:
+                self._journal.asked(session.alias, change.target)
         if session.alias == frame.source and data is frame.data:
             return frame
         forwarded = _with(frame, data)
@@ -322,8 +334,15 @@ class Forwarding:
         if recipe and memory is not None and memory.applies(session.client, session.source):
             session.recipes[resource] = recipe
             self._note_version(session, resource.target)
+        if resource.kind is ResourceKind.SYMBOL_HANDLE and self._journal is not None:
+            self._journal.fetched(session.alias, resource.target, resource.handle)
         if session.is_disconnected:
             self._give_back(session)
+
+    def _note_release(self, session: ForwardedClient, resource: Resource) -> None:
+        """A target has released what a client had, or does not know it."""
+        if resource.kind is ResourceKind.SYMBOL_HANDLE and self._journal is not None:
+            self._journal.released(session.alias, resource.target, resource.handle)
 
     def _note_version(self, session: ForwardedClient, target: bytes) -> None:
         """Read the symbol version of a device, once."""
@@ -348,6 +367,7 @@ class Forwarding:
             if holder is None:
                 return
             session = holder
+        self._note_release(session, resource)
         session.resources[resource] -= 1
         if not session.resources[resource]:
             del session.resources[resource]
@@ -356,6 +376,13 @@ class Forwarding:
                 session.handles.forget(resource)
             self._subscribers.pop(resource, None)
             self._sessions.rest(session)
+
+    def _freed(self, session: ForwardedClient) -> None:
+        """Nothing more comes for the alias of a session: others may have it."""
+        if self._journal is not None:
+            for target in session.exchanges:
+                self._journal.forget_client(session.alias, target[:6])
+        self.requests.drop(session)
 
     # clients that go -------------------------------------------------------------------------
 
@@ -406,6 +433,31 @@ class Forwarding:
 
     # a new connection ------------------------------------------------------------------------
 
+    def release_orphans(self, net_id: bytes, done: Callable[[], object]) -> None:
+        """Release what ended connections left at the devices of a target, before all else."""
+        sessions: dict[bytes, ForwardedClient | None] = {}
+
+        def session_of(alias: bytes) -> ForwardedClient | None:
+            if alias not in sessions:
+                sessions[alias] = self._sessions.begin(EARLIER, alias, alias)
+            return sessions[alias]
+
+        def ended() -> None:
+            self._orphans = None
+            for session in filter(None, sessions.values()):
+                self._leave(session)
+            done()
+
+        journal = self._journal
+        if journal is None or not journal.held_at(net_id):
+            done()
+            return
+        work = self._orphans = OrphanRelease(journal, net_id, session_of, self._ask, ended)
+        work.begin()
+        self._look_at(work, _RELEASED_WITHIN, _PATIENCE, 0)
+
+    # resources made again ------------------------------------------------------------------------
+
     def restore(
         self,
         old: ForwardedClient,
@@ -433,14 +485,19 @@ class Forwarding:
                 self._leave(new)
             done(success)
 
+        if self._journal is not None:
+            for each in {each.target for each in old.resources}:
+                self._journal.asked(new.alias, each)
         work = Restoration(old, new, memory, self._ask, self._enter, lost, ended)
         self._restorations.append(work)
         work.begin()
         self._look_at(work, _RESTORED_WITHIN, _PATIENCE, 0)
         return True
 
-    def _look_at(self, work: Restoration, seconds: int, patience: int, answers: int) -> None:
-        """Give up a restoration that takes too long, or for which nothing comes any more."""
+    def _look_at(
+        self, work: Restoration | OrphanRelease, seconds: int, patience: int, answers: int
+    ) -> None:
+        """Give up work that takes too long, or for which nothing comes any more."""
         if work.answers > answers:
             patience = _PATIENCE
         now = work.answers
@@ -466,6 +523,8 @@ class Forwarding:
         for work in self._restorations:
             work.cancel()
         self._restorations.clear()
+        if self._orphans is not None:
+            self._orphans.cancel()
         if self._listening:
             self._listening = False
             self._router.ignore_way_closed(self._way_closed)

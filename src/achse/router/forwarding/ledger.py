@@ -79,6 +79,12 @@ class ResourceChange(NamedTuple):
     """Index group of a ReadWrite; None for other commands."""
     parts: int = 1
 
+    @property
+    def fetches_handle(self) -> bool:
+        """True if the answer may bring a symbol handle."""
+        kind = ResourceKind.SYMBOL_HANDLE
+        return any(each.kind is kind and each.handle is None for each in self.actions)
+
     def outcomes(self, answer: bytes) -> Iterator[tuple[ResourceAction, Resource]]:
         """The actions that succeeded, each with its resource, by the data of the answer.
 

@@ -6,6 +6,7 @@ ends at the router.
 
 from collections import deque
 from collections.abc import Callable, Iterator
+from functools import partial
 
 from achse.ams import Frame
 from achse.router.forwarding.forwarded_client import ForwardedClient
@@ -26,8 +27,8 @@ class RouterRequests:
 
     `send` sends a request. `later` calls back after a second: releases that are unanswered by then
     are not waited for. `is_used` returns True for an invoke id that a request of the client has,
-    `is_held` for a resource that the target has given to another client since, and `rest` is called
-    with a session that waits for one answer less.
+    `is_held` for a resource that the target has given to another client since. `rest` is called
+    with a session that waits for one answer less, `released` with each resource that is released.
     """
 
     def __init__(
@@ -38,10 +39,12 @@ class RouterRequests:
         is_used: Callable[[Key], bool],
         is_held: Callable[[Resource], bool],
         rest: Callable[[ForwardedClient], object],
+        released: Callable[[ForwardedClient, Resource], object],
     ) -> None:
         self._send = send
         self._later = later
         self._is_used, self._is_held, self._rest = is_used, is_held, rest
+        self._report_released = released
         self._answered: dict[Key, Callable[[Frame], object]] = {}
         """Receivers of answers."""
         self._to_release: deque[tuple[ForwardedClient, Resource]] = deque()
@@ -98,14 +101,17 @@ class RouterRequests:
                 self._rest(session)
                 continue
             invoke_id = self._free_id(session, resource.target)
-            self._answered[session.alias, resource.target, invoke_id] = self._released
+            self._answered[session.alias, resource.target, invoke_id] = partial(
+                self._released, session, resource
+            )
             self._unanswered += 1
             self._send(resource.release(session.alias, invoke_id))
         if self._to_release and not self._waiting:
             self._waiting = True
             self._later(self._go_on)
 
-    def _released(self, answer: Frame) -> None:
+    def _released(self, session: ForwardedClient, resource: Resource, answer: Frame) -> None:
+        self._report_released(session, resource)
         self._unanswered = max(self._unanswered - 1, 0)
         self._release()
 

@@ -23,6 +23,7 @@ from achse.ams import (
 from achse.codes import ReturnCode
 from achse.router.forwarding import Forwarding
 from achse.router.forwarding.forwarded_client import ForwardedClient
+from achse.router.forwarding.journal import HandleJournal
 from achse.router.forwarding.restoring import LinkMemory
 from achse.router.rights import ALL_RIGHTS, Right
 from achse.router.routes import Admission, Route
@@ -61,6 +62,9 @@ class Peer(PeerWriter):
 
     _memory: LinkMemory | None = None
     """Clients of this connection until the next one is there; None: they are not kept."""
+
+    _journal: HandleJournal | None = None
+    """Symbol handles of clients at the far end; None: they are not kept."""
 
     _ends_subscription = False
     """True if the next answer has to come behind the notifications that are kept back."""
@@ -391,7 +395,7 @@ class Peer(PeerWriter):
     def _make_forwarding(self) -> Forwarding:
         clock = self.owner.loop.time if self.router.source_nat else None
         calls = self._send_own, self._after_a_second
-        return Forwarding(self.router, *calls, clock, self._memory, self._put_all)
+        return Forwarding(*(self.router, *calls, clock, self._memory, self._put_all, self._journal))
 
     def _may_know(self, peer: object) -> None:
         """From now on `peer` passes known frames on without decoding."""

@@ -4,6 +4,7 @@ Who is dialled for one route answers; it may ask too, for itself and for those b
 more by this than by coming itself.
 """
 
+from collections.abc import Callable
 from typing import Protocol
 
 from achse.codes import ReturnCode
@@ -50,6 +51,7 @@ class DialledPeer(Peer):
         super().__init__(owner)
         self._dialled_by = owner
         self._memory = owner.memory
+        self._journal = owner.router.journal
 
     def _report_loss(self, session: ForwardedClient) -> None:
         memory = self._dialled_by.memory
@@ -57,6 +59,16 @@ class DialledPeer(Peer):
             self._dialled_by.remembered()
         else:
             super()._report_loss(session)
+
+    def release_orphans(self, done: Callable[[], object]) -> None:
+        """Release the handles that earlier connections left at the target."""
+        net_id = self._dialled_by.route.net_id
+        if self._journal is None or not self._journal.held_at(net_id):
+            done()
+            return
+        if self._forwarding is None:
+            self._forwarding = self._make_forwarding()
+        self._forwarding.release_orphans(net_id, done)
 
     def restore(self) -> None:
         """Make the resources of the clients of the last connection again."""

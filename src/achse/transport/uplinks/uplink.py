@@ -104,6 +104,8 @@ class Uplink:
         self._dial = dial
         self._dialling = False
         self._connection: Peer | None = None
+        self._opening: Peer | None = None
+        """Connection that is up and releases what earlier ones left."""
         self._queue = _Queue(self)
         self._retry: Timer | None = None
         self._pause = 0.0
@@ -225,16 +227,24 @@ class Uplink:
         return False
 
     def opened(self, peer: Peer) -> None:
-        """The connection is up: send what waited for it."""
-        self._dialling = False
+        """The connection is up: release what earlier ones left, and send what waited for it."""
         if self._closed:
             peer.abort()
             return
         log.info("route %s: connected to %s", self.route.name, peer.peer)
-        self._connection = peer
+        self._opening = peer
         self.connections += 1
         self.trouble, self.denied = "", False
         self._opened_at = self.loop.time()
+        if isinstance(peer, DialledPeer):
+            peer.release_orphans(lambda: self._take_over(peer))
+        else:
+            self._take_over(peer)
+
+    def _take_over(self, peer: Peer) -> None:
+        """Requests go by this connection from now on."""
+        self._opening, self._dialling = None, False
+        self._connection = peer
         if isinstance(peer, DialledPeer):
             peer.restore()
         for frame in self._queue.take():
@@ -243,8 +253,12 @@ class Uplink:
 
     def closed(self, peer: Peer) -> None:
         """The connection is gone."""
-        if peer is self._connection:
-            self._connection = None
+        opening = peer is self._opening
+        if opening or peer is self._connection:
+            self._connection = self._opening = None
+            if opening:
+                self._dialling = False
+                self._queue.refuse(ReturnCode.HOST_UNREACHABLE)
             if self.loop.time() - self._opened_at > _SETTLED:
                 self._pause = 0.0
             if not self._closed:
@@ -266,8 +280,9 @@ class Uplink:
         if self._retry is not None:
             self._retry.cancel()
         self._queue.refuse(ReturnCode.HOST_UNREACHABLE)
-        if self._connection is not None:
-            self._connection.abort()
+        peer = self._connection or self._opening
+        if peer is not None:
+            peer.abort()
 
 
 class _Queue:
