@@ -2,8 +2,9 @@
 
 A program fetches symbol handles and subscribes through `achse router`, one request after the other,
 until the part of this round is killed, and it as well: a program, the router, or the station. What
-was killed is started again, as by systemd; some routers are killed once more while they start. Then the station, asked directly, must come to hold
-nothing of any client, abandoned handles (decision 0116) included.
+was killed is started again, as by systemd; some routers are killed once more while they start. Then
+the station, asked directly, must come to hold nothing of any client, abandoned handles (decision
+0116) included.
 
 Usage: python benchmarks/router_kills.py [KILLS] [SEED]
 """
