@@ -102,6 +102,10 @@ class HandleTable(Generic[Symbol]):
         """The addresses for which handles count."""
         return self._owners.keys()
 
+    def count_of(self, net_id: bytes) -> int:
+        """Return how many handles clients with this NetId have requested, abandoned ones too."""
+        return sum(owner.client[:6] == net_id for _, owner in self._by_owner())
+
     def find(self, number: int) -> Handle[Symbol]:
         """Return a valid handle; raises DeviceError 0x711 if it is out of date, else 0x710."""
         handle = self._valid.get(number)

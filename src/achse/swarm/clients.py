@@ -77,7 +77,9 @@ class Client:
         self._road: Road | None = None
         self._page: ConnectionLedger | None = None
         self._stream = Connection()
-        self._address = AmsAddress.of(NetId(net_id_of(number)), 40_000)
+        # Programs behind routers all have one address, as each pyads of a computer.
+        own = number if part.router < 0 else 0
+        self._address = AmsAddress.of(NetId(net_id_of(own)), 40_000)
         self._waiting: list[bytes] | None = None
         """Packets for a router that has granted no port yet."""
         self._invoke = 0

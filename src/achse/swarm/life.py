@@ -143,11 +143,11 @@ class StationLife:
             disk=disk,
         )
         self.net_id: NetId = self.station.router.net_id
-        self._turns = StationTurns(self.station)
+        self.turns = StationTurns(self.station)
         self.listener = TcpListener(
-            self.station.router, fair_queue=FairQueue(self._turns.time), max_connections=1 << 16
+            self.station.router, fair_queue=FairQueue(self.turns.time), max_connections=1 << 16
         )
-        self.listener.begin(self._turns)
+        self.listener.begin(self.turns)
         self.station.admit(self.listener)
         self.watch = MotionWatch(self.station, world.all_axes, checks, report, world.channel)
         self.station.cycle.add(self.watch)
@@ -195,7 +195,7 @@ class StationLife:
         self.station.cycle.go_to(
             -(-(world_ns - self.begun_ns) // self.station.tick_ns) * self.station.tick_ns
         )
-        self._turns.run()
+        self.turns.run()
         self._look()
 
     # connections ----------------------------------------------------------------------------------
@@ -206,14 +206,16 @@ class StationLife:
             return None
         self._port += 1
         page = ConnectionLedger(
-            f"client {client.number}", self.now_ns, self._world_time, self._report, self
+            f"client {client.number}", self.now_ns, self.world_time, self._report, self
         )  # fmt: skip
-        road = Road(self.listener, self._turns, client.part, client, self._port, self.watch.wake)
+        road = Road(self.listener, self.turns, client.part, client, self._port, self.watch.wake)
         self.pages.append(page)
         self.roads.append(road)
         return road, page
 
-    def _world_time(self, filetime: int) -> int:
+    @staticmethod
+    def world_time(filetime: int) -> int:
+        """Return the time of the world for the stamp of a sample, ns."""
         return to_unix_ns(filetime) - DEFAULT_EPOCH_NS
 
     # what excuses ---------------------------------------------------------------------------------
@@ -259,7 +261,7 @@ class StationLife:
         """Do what an act of the station says."""
         self.watch.wake()
         STATION_ACTS[kind](self, *values)
-        self._turns.run()
+        self.turns.run()
 
     def fault(self, fields: Mapping[str, Any]) -> None:
         """Make something go wrong."""

@@ -33,6 +33,7 @@ from achse.swarm.resources import (
     check_released,
     is_released,
 )
+from achse.swarm.routers import ROUTER_ACTS, StationPlace, WorldRouter
 from achse.swarm.services.rights import may_write, rights_of
 from achse.swarm.track import Track
 from achse.swarm.worlds.program import symbols_of
@@ -55,6 +56,9 @@ _CONVERSATION = (
 
 _LEAVING_NS = 3_000_000_000
 """Time after which most of what clients held is given back."""
+
+_ROUTERS_NS = 20_000_000_000
+"""Time after which routers have released what clients held, over connections that were lost too."""
 
 _USER_CHECKS_NS = 10_000_000
 """Cycle of the checks of a user."""
@@ -105,9 +109,19 @@ class _Player:
         self._replaced = Replaced()
         self._next_look_ns = _LOOK_EVERY_NS
         self.life = self._begin(0)
+        self.routers: list[WorldRouter] = []
+        place = StationPlace(lambda: self.life)
+        for number, drawn in enumerate(world.routers):
+            beyond = place if drawn.behind < 0 else self.routers[drawn.behind]
+            self.routers.append(WorldRouter(number, drawn, self.life, beyond, self.report))
         names = symbols_of(world.programs)
         self.clients = [
-            Client(number, part, self.life, names, rights_of(world, number))
+            Client(
+                number,
+                part,
+                self.life if part.router < 0 else self.routers[part.router],
+                *(names, rights_of(world, number)),
+            )
             for number, part in enumerate(world.clients)
         ]
 
@@ -192,6 +206,9 @@ class _Player:
                 self._kill()
             case "cut":
                 self._cut(*act.values)
+            case "router_cut" | "router_kill" | "router_restart":
+                number, away_ns = act.values
+                ROUTER_ACTS[act.kind](self.routers[number], away_ns)
             case _:
                 self._saved.loose |= act.kind in ("restart", "configure", "fault")
                 self.outcome.restarts += act.kind in ("restart", "configure")
@@ -226,8 +243,12 @@ class _Player:
         self._count(self.life)
         self.life.end()
         life = self.life = self._begin(now)
+        for router in self.routers:
+            router.move_to(life)
+            router.station_ended()
         for client in self.clients:
-            client.move_to(life)
+            if client.part.router < 0:
+                client.move_to(life)
         value, saved = life.saved(), self._saved
         if (
             value is not None
@@ -250,6 +271,8 @@ class _Player:
         self._disk.full = False
         if life.station.state is not AdsState.RUN:
             life.station.restart()
+        for router in self.routers:
+            router.start()
         for client in self.clients:
             client.listen(True)
         life.advance_to(life.now_ns() + 3_000_000_000)
@@ -265,6 +288,7 @@ class _Player:
             else:
                 client.vanish()
         life.advance_to(life.now_ns() + _LEAVING_NS)
+        self._end_routers()
         if not is_released(life.station):
             life.advance_to(life.now_ns() + round(SETTLED_S * 1e9))
             check_released(life.station, self.report)
@@ -276,6 +300,20 @@ class _Player:
             self.outcome.samples += sum(page.samples for page in life.pages)
             check_flat(self._converse, self.report)
             self._raise()
+
+    def _end_routers(self) -> None:
+        """Look at what routers hold for clients that have left, and end them."""
+        for router in reversed(self.routers):
+            self.life.advance_to(self.life.now_ns() + _ROUTERS_NS)
+            router.check_released(self.report)
+            self._raise()
+            router.end()
+        self.life.turns.run()
+        self.outcome.answers += sum(page.answers for each in self.routers for page in each.pages)
+        self.outcome.samples += sum(page.samples for each in self.routers for page in each.pages)
+        for router in self.routers:
+            for page in router.pages:
+                self.outcome.excuses.update(page.excuses)
 
     def _converse(self) -> None:
         """Let all clients come, ask, subscribe and leave."""

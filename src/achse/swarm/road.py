@@ -11,14 +11,14 @@ from typing import Protocol
 
 from achse.station import Station
 from achse.station.clocks.cycle import Phase, PhasePlace
-from achse.swarm.worlds.world import DrawnClient
+from achse.transport.connections.line import Timer
 from achse.transport.connections.peer import Peer
 from achse.transport.tcp.listener import TcpListener
 
 _HOST = "127.0.0.1"
 
 
-class _Call:
+class Call:
     """A call to come; `cancel` makes it do nothing."""
 
     def __init__(self, callback: Callable[..., object], arguments: tuple[object, ...]) -> None:
@@ -41,8 +41,8 @@ class StationTurns(Phase):
 
     def __init__(self, station: Station) -> None:
         self._station = station
-        self._soon: list[_Call] = []
-        self._calls: list[tuple[int, int, _Call]] = []
+        self._soon: list[Call] = []
+        self._calls: list[tuple[int, int, Call]] = []
         self._number = 0
         station.cycle.add(self)
 
@@ -50,26 +50,24 @@ class StationTurns(Phase):
         """Station time, s."""
         return self._station.time_ns / 1e9
 
-    def call_soon(self, callback: Callable[..., object], *arguments: object) -> _Call:
+    def call_soon(self, callback: Callable[..., object], *arguments: object) -> Call:
         """Call with the next turn: after this cycle, or when `run` is called."""
-        call = _Call(callback, arguments)
+        call = Call(callback, arguments)
         self._soon.append(call)
         self.due_ns = min(self.due_ns, self._station.time_ns)
         return call
 
-    def call_at(self, when: float, callback: Callable[..., object], *arguments: object) -> _Call:
+    def call_at(self, when: float, callback: Callable[..., object], *arguments: object) -> Call:
         """Call at a station time, s."""
         return self.call_at_ns(round(when * 1e9), callback, *arguments)
 
-    def call_later(
-        self, delay: float, callback: Callable[..., object], *arguments: object
-    ) -> _Call:
+    def call_later(self, delay: float, callback: Callable[..., object], *arguments: object) -> Call:
         """Call after so many seconds."""
         return self.call_at(self.time() + delay, callback, *arguments)
 
-    def call_at_ns(self, due_ns: int, callback: Callable[..., object], *arguments: object) -> _Call:
+    def call_at_ns(self, due_ns: int, callback: Callable[..., object], *arguments: object) -> Call:
         """Call at a station time, ns."""
-        call = _Call(callback, arguments)
+        call = Call(callback, arguments)
         self._number += 1
         heapq.heappush(self._calls, (due_ns, self._number, call))
         self.due_ns = min(self.due_ns, due_ns)
@@ -91,6 +89,38 @@ class StationTurns(Phase):
                 call()
 
 
+class RoadTurns(Protocol):
+    """Interface of the loop at the station's end of a road; times are those of its clock."""
+
+    def time(self) -> float: ...
+
+    def call_soon(self, callback: Callable[..., object], *arguments: object) -> Timer: ...
+
+    def call_at(
+        self, when: float, callback: Callable[..., object], *arguments: object
+    ) -> Timer: ...
+
+    def call_later(
+        self, delay: float, callback: Callable[..., object], *arguments: object
+    ) -> Timer: ...
+
+    def call_at_ns(
+        self, due_ns: int, callback: Callable[..., object], *arguments: object
+    ) -> Timer: ...
+
+    def run(self) -> None: ...
+
+
+class RoadPart(Protocol):
+    """The drawn facts of a road."""
+
+    @property
+    def delay_ns(self) -> int: ...
+
+    @property
+    def piece(self) -> int: ...
+
+
 class FarEnd(Protocol):
     """The client at the far end of a road."""
 
@@ -107,8 +137,8 @@ class Road:
     def __init__(
         self,
         listener: TcpListener,
-        turns: StationTurns,
-        part: DrawnClient,
+        turns: RoadTurns,
+        part: RoadPart,
         client: FarEnd,
         port: int,
         wake: Callable[[], None],
@@ -190,6 +220,14 @@ class Road:
         held, self._backlog = self._backlog, None
         for data in held or ():
             self._turns.call_soon(self._arrive, data)
+
+    def die(self) -> None:
+        """End with the process at the station's end, which does nothing more."""
+        if not self.ended:
+            self.ended = True
+            self._unread.clear()
+            if not self._left:
+                self._client.lost()
 
     # under way ----------------------------------------------------------------------------------
 

@@ -16,7 +16,7 @@ from collections.abc import Callable, Iterator
 from achse.ams import AmsAddress, Command, Endpoint, Flags, Frame
 from achse.codes import ReturnCode
 from achse.router.forwarding.forwarded_client import ForwardedClient
-from achse.router.forwarding.journal import HandleJournal
+from achse.router.forwarding.journal import LinkJournal
 from achse.router.forwarding.latency import MEASURED, Latencies
 from achse.router.forwarding.ledger import (
     Resource,
@@ -65,7 +65,7 @@ class Forwarding:
         clock: Callable[[], float] | None = None,
         memory: LinkMemory | None = None,
         write: Callable[[list[bytes]], object] | None = None,
-        journal: HandleJournal | None = None,
+        journal: LinkJournal | None = None,
     ) -> None:
         """With `write`, which sends packets, what is beyond the window of a client waits. With
         `clock` (seconds, as the times of requests) latencies are counted; with `memory`
@@ -380,8 +380,7 @@ class Forwarding:
     def _freed(self, session: ForwardedClient) -> None:
         """Nothing more comes for the alias of a session: others may have it."""
         if self._journal is not None:
-            for target in session.exchanges:
-                self._journal.forget_client(session.alias, target[:6])
+            self._journal.forget_client(session.alias)
         self.requests.drop(session)
 
     # clients that go -------------------------------------------------------------------------
@@ -433,8 +432,8 @@ class Forwarding:
 
     # a new connection ------------------------------------------------------------------------
 
-    def release_orphans(self, net_id: bytes, done: Callable[[], object]) -> None:
-        """Release what ended connections left at the devices of a target, before all else."""
+    def release_orphans(self, done: Callable[[], object]) -> None:
+        """Release what ended connections left at the target, before all else."""
         sessions: dict[bytes, ForwardedClient | None] = {}
 
         def session_of(alias: bytes) -> ForwardedClient | None:
@@ -449,10 +448,10 @@ class Forwarding:
             done()
 
         journal = self._journal
-        if journal is None or not journal.held_at(net_id):
+        if journal is None or not journal.held():
             done()
             return
-        work = self._orphans = OrphanRelease(journal, net_id, session_of, self._ask, ended)
+        work = self._orphans = OrphanRelease(journal, session_of, self._ask, ended)
         work.begin()
         self._look_at(work, _RELEASED_WITHIN, _PATIENCE, 0)
 
@@ -486,7 +485,7 @@ class Forwarding:
             done(success)
 
         if self._journal is not None:
-            for each in {each.target for each in old.resources}:
+            for each in dict.fromkeys(each.target for each in old.resources):
                 self._journal.asked(new.alias, each)
         work = Restoration(old, new, memory, self._ask, self._enter, lost, ended)
         self._restorations.append(work)

@@ -221,6 +221,26 @@ class HandleJournal:
             )
 
 
+class LinkJournal:
+    """The part of a journal that concerns the devices of one target."""
+
+    def __init__(self, journal: HandleJournal, net_id: bytes) -> None:
+        self._net_id = net_id
+        self.asked = journal.asked
+        self.fetched = journal.fetched
+        self.released = journal.released
+        self.forget_device = journal.forget_device
+        self._journal = journal
+
+    def forget_client(self, alias: bytes) -> None:
+        """No answer comes for a client that holds nothing at the target."""
+        self._journal.forget_client(alias, self._net_id)
+
+    def held(self) -> list[tuple[HeldHandle, int]]:
+        """Return what is at the target, the oldest first, with its count."""
+        return self._journal.held_at(self._net_id)
+
+
 def _records(data: bytes) -> Iterator[tuple[int, int, HeldHandle]]:
     """Yield number, slot and content of each whole record."""
     for slot in range(1, len(data) // _SLOT):

@@ -16,7 +16,7 @@ from achse.ams import AmsAddress, Command, Frame
 from achse.ams.commands import RESULT, WriteRequest
 from achse.codes import ReservedGroup
 from achse.router.forwarding.forwarded_client import ForwardedClient
-from achse.router.forwarding.journal import HandleJournal, HeldHandle
+from achse.router.forwarding.journal import HeldHandle, LinkJournal
 
 log = logging.getLogger("achse.router")
 
@@ -51,16 +51,15 @@ class OrphanRelease:
 
     def __init__(
         self,
-        journal: HandleJournal,
-        net_id: bytes,
+        journal: LinkJournal,
         session_of: Callable[[bytes], ForwardedClient | None],
         ask: Ask,
         done: Callable[[], object],
     ) -> None:
         self._journal, self._session_of, self._ask = journal, session_of, ask
         self._done = done
-        held = journal.held_at(net_id)
-        self._devices = {each.device for each, _ in held}
+        held = journal.held()
+        self._devices = dict.fromkeys(each.device for each, _ in held)
         self._asked = [each for each, _ in held if not each.handle]
         self._handles: dict[bytes, list[HeldHandle]] = {}
         """Handles of each device, the newest first."""

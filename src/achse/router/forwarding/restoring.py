@@ -97,7 +97,7 @@ class Restoration:
 
     def begin(self) -> None:
         """Compare the symbol versions first."""
-        targets = {each.target for each in self._old.resources}
+        targets = list(dict.fromkeys(each.target for each in self._old.resources))
         self._waiting = len(targets)
         for target in targets:
             self._ask(self._new, target, Command.READ, version_request(), self._version_came)

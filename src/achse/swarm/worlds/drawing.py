@@ -16,6 +16,7 @@ from achse.swarm.worlds.layers import LEAST_PART, draw_layers
 from achse.swarm.worlds.machine import with_drives
 from achse.swarm.worlds.operators import draw_motion
 from achse.swarm.worlds.program import draw_programs
+from achse.swarm.worlds.routers import with_routers
 from achse.swarm.worlds.world import STATION, Act, DrawnAxis, DrawnClient, Program, World
 
 _SECOND = 1_000_000_000
@@ -84,7 +85,8 @@ def draw_world(seed: int) -> World:
     axes = [draw_axis(Stream(seed, "axis", n), n) for n in range(draws.randrange(1, 5))]
     cams = [draw_cam(Stream(seed, "cam", n)) for n in range(draws.randrange(3))]
     world = draw_surroundings(seed, draws, axes, cams, draw_programs(Stream(seed, "programs")))
-    return with_services(with_drives(_with_layers(_with_rare_motion(_with_channel(world)))))
+    world = with_services(with_drives(_with_layers(_with_rare_motion(_with_channel(world)))))
+    return with_routers(world)
 
 
 def _with_channel(world: World) -> World:

@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from typing import TypeVar
 
+from achse.swarm.worlds.routers import ROUTER_ACTS
 from achse.swarm.worlds.world import STATION, Act, World
 
 T = TypeVar("T")
@@ -94,6 +95,7 @@ def _simpler(world: World) -> Iterator[World]:
         yield replace(world, cams=world.cams[:-1])
     if len(world.axes) > 1:
         yield replace(world, axes=world.axes[:-1])
+    yield from _fewer_routers(world)
     if world.limits:
         yield replace(world, limits={})
     for number, part in enumerate(world.clients):
@@ -114,6 +116,22 @@ def _simpler(world: World) -> Iterator[World]:
             ]
             yield replace(world, axes=axes)
     yield from _earlier(world)
+
+
+def _fewer_routers(world: World) -> Iterator[World]:
+    """Yield the world without its last router, and with routers on fast roads."""
+    last = len(world.routers) - 1
+    if last < 0:
+        return
+    yield replace(
+        world,
+        routers=world.routers[:-1],
+        clients=[replace(each, router=min(each.router, last - 1)) for each in world.clients],
+        acts=[act for act in world.acts if act.kind not in ROUTER_ACTS or act.values[0] != last],
+    )
+    simple = [replace(each, delay_ns=0, piece=0, behind=-1) for each in world.routers]
+    if simple != list(world.routers):
+        yield replace(world, routers=simple)
 
 
 def _earlier(world: World) -> Iterator[World]:

@@ -59,6 +59,21 @@ class DrawnClient:
     """Bytes after which, and before the end of which, a packet is cut; 0: it is not."""
     registers: bool
     """True if the client has its port from the router."""
+    router: int = -1
+    """Number of the router to which it connects; -1: the station itself."""
+
+
+@dataclass(frozen=True)
+class DrawnRouter:
+    """A router without devices between clients and the station, and its road there."""
+
+    delay_ns: int
+    piece: int
+    """As of a client."""
+    resubscribe: bool
+    """True if it makes subscriptions and handles again behind a lost connection."""
+    behind: int = -1
+    """Number of the router to which it connects, less than its own; -1: the station itself."""
 
 
 @dataclass(frozen=True)
@@ -97,6 +112,7 @@ class World:
     """Further tables of the station.toml: buses and drives, camshaft controllers, rights."""
     scope: bool = False
     """True if a scope records the first axis."""
+    routers: Sequence[DrawnRouter] = ()
 
     @property
     def all_axes(self) -> Sequence[DrawnAxis]:
@@ -118,6 +134,7 @@ class World:
                     "axes": [DrawnAxis(**each) for each in document["axes"]],
                     "programs": [Program(**each) for each in document["programs"]],
                     "clients": [DrawnClient(**each) for each in document["clients"]],
+                    "routers": [DrawnRouter(**each) for each in document.get("routers", ())],
                     "acts": [Act(**each) for each in document["acts"]],
                     "channel": _channel(document.get("channel")),
                 }

@@ -23,7 +23,7 @@ from achse.ams import (
 from achse.codes import ReturnCode
 from achse.router.forwarding import Forwarding
 from achse.router.forwarding.forwarded_client import ForwardedClient
-from achse.router.forwarding.journal import HandleJournal
+from achse.router.forwarding.journal import LinkJournal
 from achse.router.forwarding.restoring import LinkMemory
 from achse.router.rights import ALL_RIGHTS, Right
 from achse.router.routes import Admission, Route
@@ -63,7 +63,7 @@ class Peer(PeerWriter):
     _memory: LinkMemory | None = None
     """Clients of this connection until the next one is there; None: they are not kept."""
 
-    _journal: HandleJournal | None = None
+    _journal: LinkJournal | None = None
     """Symbol handles of clients at the far end; None: they are not kept."""
 
     _ends_subscription = False

@@ -10,6 +10,7 @@ from typing import Protocol
 from achse.codes import ReturnCode
 from achse.router.forwarding import Forwarding
 from achse.router.forwarding.forwarded_client import ForwardedClient
+from achse.router.forwarding.journal import LinkJournal
 from achse.router.forwarding.ledger import Resource
 from achse.router.forwarding.restoring import LinkMemory
 from achse.router.rights import Right
@@ -51,7 +52,9 @@ class DialledPeer(Peer):
         super().__init__(owner)
         self._dialled_by = owner
         self._memory = owner.memory
-        self._journal = owner.router.journal
+        journal = owner.router.journal
+        if journal is not None:
+            self._journal = LinkJournal(journal, owner.route.net_id)
 
     def _report_loss(self, session: ForwardedClient) -> None:
         memory = self._dialled_by.memory
@@ -62,13 +65,12 @@ class DialledPeer(Peer):
 
     def release_orphans(self, done: Callable[[], object]) -> None:
         """Release the handles that earlier connections left at the target."""
-        net_id = self._dialled_by.route.net_id
-        if self._journal is None or not self._journal.held_at(net_id):
+        if self._journal is None or not self._journal.held():
             done()
             return
         if self._forwarding is None:
             self._forwarding = self._make_forwarding()
-        self._forwarding.release_orphans(net_id, done)
+        self._forwarding.release_orphans(done)
 
     def restore(self) -> None:
         """Make the resources of the clients of the last connection again."""

@@ -1,0 +1,447 @@
+"""Routers of a world: the code of `achse router` between clients and the station, in virtual time.
+
+A router lives longer than a station that is killed, and its journal longer than the router.
+"""
+
+import heapq
+from collections.abc import Callable
+from io import BytesIO
+from typing import Protocol
+
+from achse.ams import AmsAddress, Command, Frame, NetId
+from achse.codes.ports import SYSTEM_PORT
+from achse.router import Router
+from achse.router.forwarding.journal import HandleJournal
+from achse.router.routes import Route
+from achse.swarm.clients import Client
+from achse.swarm.life import StationLife
+from achse.swarm.road import Call, Road, RoadTurns
+from achse.swarm.talk import ConnectionLedger, Report
+from achse.swarm.worlds.world import DrawnRouter
+from achse.transport.connections.fair_queue import FairQueue
+from achse.transport.connections.peer import Peer
+from achse.transport.tcp.listener import TcpListener
+from achse.transport.uplinks.uplink import Uplink
+
+_HOST = "127.0.0.1"
+
+_FIRST_PORT = 20_000
+"""TCP port of the first client of a router."""
+
+_QUERY_S = 5.0
+"""Seconds between queries of the target's state, as `achse router` sends them."""
+
+_AFTER_NS = 1_000_000_000
+"""Time by which frames come later for each router on their way."""
+
+_RESTORED_NS = 4_000_000_000
+"""Time in which subscriptions are made again after a connection is back."""
+
+
+def router_net_id(number: int) -> NetId:
+    """Return the NetId of a router."""
+    return NetId(f"10.2.0.{number}.1.1")
+
+
+class RouterTurns:
+    """The calls of a router's loop, in the time of the world; it goes on when a station ends."""
+
+    def __init__(self, life: StationLife) -> None:
+        self._life = life
+        self._soon: list[Call] = []
+        self._calls: list[tuple[int, int, Call]] = []
+        self._number = 0
+        self._armed_ns: float = float("inf")
+        self._stopped = False
+
+    def move_to(self, life: StationLife) -> None:
+        """The world goes on with another station."""
+        self._life, self._armed_ns = life, float("inf")
+        self._arm()
+        if self._soon:
+            life.turns.call_soon(self.run)
+
+    def stop(self) -> None:
+        """Call nothing more: the process has ended."""
+        self._stopped = True
+        self._soon.clear()
+        self._calls.clear()
+
+    def time(self) -> float:
+        """Time of the world, s."""
+        return self._life.now_ns() / 1e9
+
+    def call_soon(self, callback: Callable[..., object], *arguments: object) -> Call:
+        """Call with the next turn."""
+        call = Call(callback, arguments)
+        if not self._stopped:
+            if not self._soon:
+                self._life.turns.call_soon(self.run)
+            self._soon.append(call)
+        return call
+
+    def call_at(self, when: float, callback: Callable[..., object], *arguments: object) -> Call:
+        """Call at a time of the world, s."""
+        return self.call_at_ns(round(when * 1e9), callback, *arguments)
+
+    def call_later(self, delay: float, callback: Callable[..., object], *arguments: object) -> Call:
+        """Call after so many seconds."""
+        return self.call_at(self.time() + delay, callback, *arguments)
+
+    def call_at_ns(self, due_ns: int, callback: Callable[..., object], *arguments: object) -> Call:
+        """Call at a time of the world, ns."""
+        call = Call(callback, arguments)
+        if not self._stopped:
+            self._number += 1
+            heapq.heappush(self._calls, (due_ns, self._number, call))
+            self._arm()
+        return call
+
+    def _arm(self) -> None:
+        if self._calls and self._calls[0][0] < self._armed_ns:
+            life = self._life
+            self._armed_ns = self._calls[0][0]
+            life.turns.call_at_ns(round(self._armed_ns) - life.begun_ns, self._step, life)
+
+    def _step(self, life: StationLife) -> None:
+        """Do what is due."""
+        if life is not self._life:
+            return
+        self._armed_ns = float("inf")
+        now = life.now_ns()
+        while self._calls and self._calls[0][0] <= now:
+            heapq.heappop(self._calls)[2]()
+            self.run()
+        self._arm()
+
+    def run(self) -> None:
+        """Do what is to be done soon, and what that leads to."""
+        while self._soon:
+            calls, self._soon = self._soon, []
+            for call in calls:
+                call()
+
+
+class RouterLine:
+    """The end of a road at the router that dialled: a line for its peer."""
+
+    def __init__(self, turns: RoadTurns, peer: Peer, lost: Callable[[], object]) -> None:
+        self._turns, self._peer, self._lost = turns, peer, lost
+        self.road: Road
+        self.over = False
+
+    def receive(self, data: bytes) -> None:
+        """Take bytes from the target."""
+        if not self.over:
+            self._peer.receive(data)
+
+    def lost(self) -> None:
+        """The target has ended the connection."""
+        if not self.over:
+            self.over = True
+            self._lost()
+            self._peer.ended()
+
+    def write(self, data: bytes, /) -> None:
+        """Send bytes to the target."""
+        if not self.over:
+            self.road.send(data)
+
+    def get_write_buffer_size(self) -> int:
+        """Bytes that wait: none."""
+        return 0
+
+    def close(self) -> None:
+        """End after what was sent."""
+        self._hang_up(orderly=True)
+
+    def abort(self) -> None:
+        """End at once."""
+        self._hang_up(orderly=False)
+
+    def _hang_up(self, *, orderly: bool) -> None:
+        if not self.over:
+            self.over = True
+            self.road.hang_up(orderly=orderly)
+            self._lost()
+            self._turns.call_soon(self._peer.ended)
+
+    def die(self) -> None:
+        """The router ends without a word."""
+        if not self.over:
+            self.over = True
+            self.road.hang_up(orderly=False)
+
+    def pause_reading(self) -> None:
+        """Leave on the road what comes."""
+        self.road.read(False)
+
+    def resume_reading(self) -> None:
+        """Take what is on the road."""
+        self.road.read(True)
+
+
+class Place(Protocol):
+    """A process that roads lead to, seen from a router."""
+
+    def listening(self) -> tuple[TcpListener, RoadTurns, Callable[[], None]] | None:
+        """Return what a road needs; None while nothing listens."""
+
+
+class RouterProcess:
+    """One process of a router, from its start to its end or kill."""
+
+    def __init__(self, owner: "WorldRouter", life: StationLife, file: BytesIO) -> None:
+        self._owner = owner
+        self.turns = RouterTurns(life)
+        self.router = Router(router_net_id(owner.number), source_nat=True)
+        self.router.journal = self.journal = HandleJournal(file)
+        fair_queue = FairQueue(self.turns.time)
+        self.listener = TcpListener(self.router, fair_queue=fair_queue, max_connections=1 << 16)
+        self.listener.begin(self.turns)
+        net_id, part = life.net_id, owner.part
+        route = Route(name="station", net_id=net_id, host=_HOST, resubscribe=part.resubscribe)
+        self.uplink = Uplink(self.router, route, self.turns, self._dial)
+        self.router.add_route(net_id, self.uplink)
+        self._address = self.router.register(0, self)
+        self._system = AmsAddress.of(net_id, SYSTEM_PORT)
+        self._query_id = 0
+        self._line: RouterLine | None = None
+        self.roads: list[Road] = []
+        self._query()
+
+    def deliver(self, frame: Frame) -> bool:
+        """Take the answer to a query."""
+        return True
+
+    def _query(self) -> None:
+        """Read the state of the target."""
+        self._query_id += 1
+        self.router.deliver(
+            Frame(self._system, self._address, Command.READ_STATE, 4, 0, self._query_id, b"")
+        )
+        self.turns.call_later(_QUERY_S, self._query)
+
+    def _dial(self, uplink: Uplink) -> None:
+        self.turns.call_soon(self._connect, uplink)
+
+    def _connect(self, uplink: Uplink) -> None:
+        listening = self._owner.beyond.listening()
+        if listening is None:
+            uplink.failed("nothing listens")
+            return
+        listener, turns, wake = listening
+        peer = uplink.make_peer()
+        line = self._line = RouterLine(self.turns, peer, self._owner.link_changed)
+        line.road = Road(listener, turns, self._owner.part, line, self._owner.next_port(), wake)
+        self._owner.link_changed()
+        peer.begin(line, _HOST, 48898)
+
+    def cut(self) -> None:
+        """The connection to the target breaks."""
+        if self._line is not None and not self._line.over:
+            self._line.abort()
+
+    def station_ended(self) -> None:
+        """The station is gone, with the roads that lead there."""
+        if self._line is not None:
+            self._line.lost()
+
+    def close(self) -> None:
+        """End in an orderly way."""
+        self.uplink.close()
+        for connection in list(self.listener.connections):
+            connection.abort()
+
+    def die(self) -> None:
+        """End without a word."""
+        self.turns.stop()
+        if self._line is not None:
+            self._line.die()
+        roads, self.roads = self.roads, []
+        for road in roads:
+            road.die()
+
+    def held(self) -> dict[str, int]:
+        """Return what it holds for clients."""
+        target = self.uplink.peer
+        forwarding = None if target is None else target.forwarding
+        net_id = self.uplink.route.net_id
+        return {
+            "connections": sum(1 for _ in self.listener.connections),
+            "known clients": self.router.clients
+            - (0 if target is None else len(list(target.senders))),
+            "resources": 0 if forwarding is None else len(list(forwarding.resources)),
+            "handles in the journal": len(self.journal.held_at(net_id)),
+            "client ports": 0x8000 - self.router.free_ports - 1,
+        }
+
+
+class WorldRouter:
+    """A router of a world: its processes one after the other, and the disk of its journal.
+
+    For its clients it is what they dial; it excuses what a lost connection or a fault hits.
+    """
+
+    def __init__(
+        self, number: int, part: DrawnRouter, life: StationLife, beyond: Place, report: Report
+    ) -> None:
+        self.number, self.part, self.beyond = number, part, beyond
+        self.net_id = life.net_id
+        self._life, self._report = life, report
+        self._turns = RouterTurns(life)
+        self._file = BytesIO()
+        self._port = _FIRST_PORT
+        self._frames_ns = self._sample_frames_ns = self._samples_ns = -1
+        self.process: RouterProcess | None = RouterProcess(self, life, self._file)
+        self.pages: list[ConnectionLedger] = []
+
+    def now_ns(self) -> int:
+        """Time of the world."""
+        return self._life.now_ns()
+
+    def next_port(self) -> int:
+        """Return a TCP port for a connection that begins."""
+        self._port += 1
+        return self._port
+
+    def listening(self) -> tuple[TcpListener, RoadTurns, Callable[[], None]] | None:
+        """Return what a road to this router needs; None while it is away."""
+        process = self.process
+        return None if process is None else (process.listener, process.turns, _nothing)
+
+    def dial(self, client: Client) -> tuple[Road, ConnectionLedger] | None:
+        """Open a connection to this router."""
+        process = self.process
+        if process is None:
+            return None
+        page = ConnectionLedger(
+            f"client {client.number} of router {self.number}",
+            *(self.now_ns, self._life.world_time, self._report, self),
+        )
+        road = Road(
+            *(process.listener, process.turns, client.part, client, self.next_port(), _nothing)
+        )
+        process.roads = [each for each in process.roads if not each.ended]
+        process.roads.append(road)
+        self.pages.append(page)
+        return road, page
+
+    # what happens to it ---------------------------------------------------------------------------
+
+    def move_to(self, life: StationLife) -> None:
+        """The world goes on with another station."""
+        self._look()
+        self._life = life
+        self._turns.move_to(life)
+        if self.process is not None:
+            self.process.turns.move_to(life)
+
+    def station_ended(self) -> None:
+        """The station has ended; routers that are connected to it notice."""
+        if self.process is not None and isinstance(self.beyond, StationPlace):
+            self.process.station_ended()
+
+    def cut(self, away_ns: int) -> None:
+        """The connection to the target breaks; it may be dialled at once."""
+        if self.process is not None:
+            self.process.cut()
+
+    def kill(self, away_ns: int) -> None:
+        """End the process without a word; another one starts after a while."""
+        process, self.process = self.process, None
+        if process is None:
+            return
+        self._file = BytesIO(self._file.getvalue())
+        process.die()
+        self.link_changed()
+        self._turns.call_at_ns(self.now_ns() + away_ns, self.start)
+
+    def restart(self, away_ns: int) -> None:
+        """End the process in an orderly way, and start it again."""
+        if self.process is not None:
+            self.process.close()
+            self.process.turns.run()
+            self.kill(away_ns)
+
+    def start(self) -> None:
+        """Start the process, if there is none."""
+        if self.process is None:
+            self.process = RouterProcess(self, self._life, self._file)
+
+    def end(self) -> None:
+        """End for good."""
+        if self.process is not None:
+            self.process.close()
+            self.process.turns.run()
+            self.process.die()
+            self.process = None
+
+    def link_changed(self) -> None:
+        """Its connection to the target has come or gone: subscriptions miss samples."""
+        self._samples_ns = max(self._samples_ns, self.now_ns() + _RESTORED_NS)
+
+    # what excuses ---------------------------------------------------------------------------------
+
+    def _look(self) -> None:
+        life = self._life
+        self._frames_ns = max(self._frames_ns, life.frames_ns() + _AFTER_NS)
+        self._sample_frames_ns = max(self._sample_frames_ns, life.sample_frames_ns() + _AFTER_NS)
+        self._samples_ns = max(self._samples_ns, life.samples_ns() + _AFTER_NS)
+        if isinstance(self.beyond, WorldRouter):
+            self._samples_ns = max(self._samples_ns, self.beyond.samples_ns())
+
+    def frames_ns(self) -> int:
+        """Return the time until which frames may be lost, late or changed, ns."""
+        self._look()
+        return self._frames_ns
+
+    def sample_frames_ns(self) -> int:
+        """Return the time until which frames with samples may be lost, late or changed, ns."""
+        self._look()
+        return self._sample_frames_ns
+
+    def samples_ns(self) -> int:
+        """Return the time until which subscriptions may miss samples or end, ns."""
+        self._look()
+        return max(self._samples_ns, self._sample_frames_ns)
+
+    # the end --------------------------------------------------------------------------------------
+
+    def check_released(self, report: Report) -> None:
+        """Check that nothing is held for clients, some time after the last one has left."""
+        for what, value in {} if self.process is None else self.process.held().items():
+            if value:
+                report("released", f"router {self.number}: {what}: {value}, expected 0")
+        if self._frames_ns >= 0:
+            return  # a fault may have hit a release
+        for device in self._life.station.devices:
+            if device.symbols is not None:
+                handles = device.symbols.handles
+                count = handles.count_of(router_net_id(self.number))
+                if count:
+                    report("released", f"{count} handles of router {self.number} at the station")
+
+
+class StationPlace:
+    """The station of a world, whichever of its processes there is."""
+
+    def __init__(self, life: Callable[[], StationLife]) -> None:
+        self._life = life
+
+    def listening(self) -> tuple[TcpListener, RoadTurns, Callable[[], None]] | None:
+        """Return what a road to the station needs; None while it is down."""
+        life = self._life()
+        return None if life.station.ended else (life.listener, life.turns, life.watch.wake)
+
+
+def _nothing() -> None:
+    """A road that ends at a router wakes nothing."""
+
+
+ROUTER_ACTS = {
+    "router_cut": WorldRouter.cut,
+    "router_kill": WorldRouter.kill,
+    "router_restart": WorldRouter.restart,
+}
+"""Acts of routers by name; values: number of the router, time that it is away, ns."""
