@@ -7,7 +7,6 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from achse.ams import DeviceError
 from achse.fmu.errors import ExportError
 from achse.fmu.model import Model, ModelError, UnitFile, as_unit
 from achse.fmu.protocol import ROW
@@ -123,8 +122,14 @@ def test_inputs_of_another_size_are_refused(unit: UnitFile, tmp_path: Path) -> N
 
 def test_text_that_does_not_fit_is_refused(unit: UnitFile, tmp_path: Path) -> None:
     model = Model(tmp_path, unit)
-    with pytest.raises((DeviceError, ValueError), match="STRING"):
-        model.apply(inputs_with(model, sText=b"x" * 30 + bytes(12)))
+    gain = struct.pack("<d", 9.0)
+    with pytest.raises(ModelError, match=r"MAIN\.sText: .*STRING"):
+        model.apply(inputs_with(model, sText=b"x" * 30 + bytes(12), fGain=gain))
+    assert model.image[place_of(model, "MAIN.sText")].startswith("Öl".encode() + b"\0")
+    assert model.image[place_of(model, "MAIN.fGain")] == gain  # the others are set
+    model.go_to(MS)
+    again, _ = Model.unpack(tmp_path, unit, model.pack(0.0))  # replayed without what was refused
+    assert again.station.digest() == model.station.digest()
 
 
 def test_variable_of_another_size_asks_for_an_export(unit: UnitFile, tmp_path: Path) -> None:

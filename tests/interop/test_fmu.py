@@ -234,6 +234,13 @@ def test_killed_process_is_fatal_with_a_reason(folder: Path, tmp_path: Path, rea
     with pytest.raises(Exception, match="fmi3DoStep failed with status 4"):
         slave.doStep(0.0, 0.1)
     assert "the station's process ended by signal 9" in log
+    for call in (slave.terminate, lambda: slave.getFloat64([0])):
+        with pytest.raises(Exception, match="failed with status 4"):
+            call()
+    slave.reset()  # begins again with another process
+    slave.enterInitializationMode()
+    slave.exitInitializationMode()
+    slave.doStep(0.0, 0.1)
     slave.freeInstance()
     assert children() == before
 

@@ -8,6 +8,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from achse.ams import DeviceError
 from achse.fmu.errors import ExportError
 from achse.fmu.protocol import ROW, ValueSource
 from achse.fmu.variables import DIGEST, TIME, UnitVariable, ValueType, find_symbol
@@ -61,6 +62,7 @@ class _Binding(NamedTuple):
     place: slice
     read: Callable[[], bytes]
     write: Callable[[bytes], object]
+    symbol: str
 
 
 class Model:
@@ -115,7 +117,7 @@ class Model:
                     f"{variable.symbol}: expected {variable.size} bytes, got {symbol.size}:"
                     " export the unit again"
                 )
-            binding = _Binding(place, read, write)
+            binding = _Binding(place, read, write, variable.symbol)
             (self._settable if variable.is_settable else self._outputs).append(binding)
 
     def values(self) -> list[bytes]:
@@ -124,19 +126,31 @@ class Model:
         return [bytes(self.image[offset : offset + size]) for offset, size in places]
 
     def apply(self, inputs: bytes) -> None:
-        """Write the inputs that have changed. Raises ModelError, DeviceError."""
+        """Write the inputs that have changed. Raises ModelError.
+
+        A value that the station refuses stays as it was, and the others are written.
+        """
         if not inputs:
             return
         if len(inputs) != self.input_size:
             raise ModelError(f"inputs: expected {self.input_size} bytes, got {len(inputs)}")
         if inputs == self._inputs:
             return
-        before, self._inputs = self._inputs, inputs
-        for place, _, write in self._settable:
+        before = self._inputs
+        taken = bytearray(inputs)
+        refusals: list[str] = []
+        for place, _, write, symbol in self._settable:
             if inputs[place] != before[place]:
-                write(inputs[place])
-        self.image[: self.input_size] = inputs
-        self._journal.append((self.station.time_ns, inputs))
+                try:
+                    write(inputs[place])
+                except (DeviceError, ValueError) as refusal:
+                    taken[place] = before[place]
+                    refusals.append(f"{symbol}: {refusal}")
+        self._inputs = bytes(taken)
+        self.image[: self.input_size] = taken
+        self._journal.append((self.station.time_ns, self._inputs))
+        if refusals:
+            raise ModelError("; ".join(refusals))
 
     def go_to(self, time_ns: int) -> None:
         """Let the station run its cycles up to a time, as far as they are whole."""
@@ -149,7 +163,7 @@ class Model:
     def refresh(self) -> None:
         """Put the values of the station into the image."""
         image = self.image
-        for place, read, _ in self._outputs:
+        for place, read, *_ in self._outputs:
             image[place] = read()
 
     def show_digest(self) -> None:

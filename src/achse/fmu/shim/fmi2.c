@@ -3,6 +3,7 @@
 #include "fmi2.h"
 #include "unit.h"
 
+#include <float.h>
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
@@ -20,10 +21,13 @@ static void report(void *owner, unit_status status, const char *category, const 
         self->log(self->environment, self->name, (fmi2Status)status, category, "%s", text);
 }
 
-static unit *station(fmi2Component self) { return ((component *)self)->station; }
+/* NULL for a component that was freed. */
+static unit *station(fmi2Component self) {
+    return instance_lives(self) ? ((component *)self)->station : NULL;
+}
 
 static fmi2Status refused(fmi2Component self, const char *what) {
-    return self == NULL ? fmi2Error : (fmi2Status)unit_refuse(station(self), what);
+    return (fmi2Status)unit_refuse(station(self), what);
 }
 
 const char *fmi2GetTypesPlatform(void) { return "default"; }
@@ -62,7 +66,7 @@ static char *path_of(const char *uri) {
 
 void fmi2FreeInstance(fmi2Component instance) {
     component *self = instance;
-    if (self == NULL)
+    if (!instance_freed(self))
         return;
     unit_close(self->station);
     free(self->name);
@@ -76,6 +80,7 @@ fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String token,
     component *self = calloc(1, sizeof *self);
     if (self == NULL)
         return NULL;
+    instance_made(self);
     self->name = strdup(name == NULL ? "" : name);
     if (functions != NULL) {
         self->environment = functions->componentEnvironment;
@@ -103,14 +108,24 @@ fmi2Status fmi2SetDebugLogging(fmi2Component self, fmi2Boolean on, size_t count,
 
 fmi2Status fmi2SetupExperiment(fmi2Component self, fmi2Boolean has_tolerance, fmi2Real tolerance,
                                fmi2Real start, fmi2Boolean has_stop, fmi2Real stop) {
-    (void)has_tolerance, (void)tolerance, (void)has_stop, (void)stop;
-    unit_begin(station(self), start);
-    return fmi2OK;
+    (void)has_tolerance, (void)tolerance;
+    return (fmi2Status)unit_begin(station(self), start, has_stop != 0, stop);
 }
 
-fmi2Status fmi2EnterInitializationMode(fmi2Component self) { return self ? fmi2OK : fmi2Error; }
-fmi2Status fmi2ExitInitializationMode(fmi2Component self) { return self ? fmi2OK : fmi2Error; }
-fmi2Status fmi2Terminate(fmi2Component self) { return self ? fmi2OK : fmi2Error; }
+fmi2Status fmi2EnterInitializationMode(fmi2Component self) {
+    return (fmi2Status)unit_go(station(self), "fmi2EnterInitializationMode", INSTANTIATED,
+                               INSTANTIATED, INITIALIZING);
+}
+
+fmi2Status fmi2ExitInitializationMode(fmi2Component self) {
+    return (fmi2Status)unit_go(station(self), "fmi2ExitInitializationMode", INITIALIZING,
+                               INITIALIZING, STEPPING);
+}
+
+fmi2Status fmi2Terminate(fmi2Component self) {
+    return (fmi2Status)unit_go(station(self), "fmi2Terminate", STEPPING, INITIALIZING, TERMINATED);
+}
+
 fmi2Status fmi2Reset(fmi2Component self) { return (fmi2Status)unit_reset(station(self)); }
 
 fmi2Status fmi2DoStep(fmi2Component self, fmi2Real at, fmi2Real by, fmi2Boolean final) {
@@ -134,7 +149,8 @@ static fmi2Status mismatch(fmi2Component self, fmi2ValueReference reference) {
 #define STORE(type)                                                                                \
     {                                                                                              \
         type value = (type)values[i];                                                              \
-        memcpy(bytes, &value, sizeof value);                                                       \
+        if (sets)                                                                                  \
+            memcpy(bytes, &value, sizeof value);                                                   \
         break;                                                                                     \
     }
 #define WITHIN(least, most)                                                                        \
@@ -142,15 +158,19 @@ static fmi2Status mismatch(fmi2Component self, fmi2ValueReference reference) {
         return (fmi2Status)unit_error(station(self), "value reference %u: expected %g to %g",      \
                                       references[i], (double)(least), (double)(most));
 
-/* Numbers that an Integer cannot hold are a Real: exactly up to 2^53 */
+/* Numbers that an Integer cannot hold are a Real: exactly up to 2^53. All values are checked before
+one is set. */
 #define ACCESS(name, kind, GET_CASES, SET_CASES)                                                   \
     fmi2Status fmi2Get##name(fmi2Component self, const fmi2ValueReference references[],            \
                              size_t count, kind values[]) {                                        \
+        unit *from = station(self);                                                                \
+        if (unit_arrays(from, count, references, values) != UNIT_OK)                               \
+            return fmi2Error;                                                                      \
         for (size_t i = 0; i < count; i++) {                                                       \
-            const variable *each = unit_variable(station(self), references[i]);                    \
-            const void *bytes = each == NULL ? NULL : unit_read(station(self), each);              \
+            const variable *each = unit_variable(from, references[i]);                             \
+            const void *bytes = each == NULL ? NULL : unit_read(from, each);                       \
             if (bytes == NULL)                                                                     \
-                return fmi2Error;                                                                  \
+                return (fmi2Status)unit_failure(from);                                             \
             switch (each->type) {                                                                  \
                 GET_CASES                                                                          \
             default:                                                                               \
@@ -161,17 +181,22 @@ static fmi2Status mismatch(fmi2Component self, fmi2ValueReference reference) {
     }                                                                                              \
     fmi2Status fmi2Set##name(fmi2Component self, const fmi2ValueReference references[],            \
                              size_t count, const kind values[]) {                                  \
-        for (size_t i = 0; i < count; i++) {                                                       \
-            const variable *each = unit_variable(station(self), references[i]);                    \
-            void *bytes = each == NULL ? NULL : unit_write(station(self), each);                   \
-            if (bytes == NULL)                                                                     \
-                return fmi2Error;                                                                  \
-            switch (each->type) {                                                                  \
-                SET_CASES                                                                          \
-            default:                                                                               \
-                return mismatch(self, references[i]);                                              \
+        unit *to = station(self);                                                                  \
+        if (unit_arrays(to, count, references, values) != UNIT_OK)                                 \
+            return fmi2Error;                                                                      \
+        for (int sets = 0; sets < 2; sets++)                                                       \
+            for (size_t i = 0; i < count; i++) {                                                   \
+                const variable *each = unit_variable(to, references[i]);                           \
+                void *bytes = each == NULL ? NULL : unit_write(to, each);                          \
+                if (bytes == NULL                                                                  \
+                    || unit_finite(to, references[i], (double)values[i]) != UNIT_OK)               \
+                    return fmi2Error;                                                              \
+                switch (each->type) {                                                              \
+                    SET_CASES                                                                      \
+                default:                                                                           \
+                    return mismatch(self, references[i]);                                          \
+                }                                                                                  \
             }                                                                                      \
-        }                                                                                          \
         return fmi2OK;                                                                             \
     }
 
@@ -182,7 +207,7 @@ ACCESS(Real, fmi2Real,
     case TYPE_UINT32: LOAD(uint32_t)
     ,
     case TYPE_FLOAT64: STORE(double)
-    case TYPE_FLOAT32: STORE(float)
+    case TYPE_FLOAT32: WITHIN(-FLT_MAX, FLT_MAX) STORE(float)
     case TYPE_UINT32: WITHIN(0.0, 4294967295.0) STORE(uint32_t)
 )
 ACCESS(Integer, fmi2Integer,
@@ -201,36 +226,43 @@ ACCESS(Integer, fmi2Integer,
 ACCESS(Boolean, fmi2Boolean,
     case TYPE_BOOLEAN: LOAD(uint8_t)
     ,
-    case TYPE_BOOLEAN: { *(uint8_t *)bytes = values[i] != 0; break; }
+    case TYPE_BOOLEAN: if (sets) *(uint8_t *)bytes = values[i] != 0; break;
 )
 /* clang-format on */
 
 fmi2Status fmi2GetString(fmi2Component self, const fmi2ValueReference references[], size_t count,
                          fmi2String values[]) {
+    unit *from = station(self);
+    if (unit_arrays(from, count, references, values) != UNIT_OK)
+        return fmi2Error;
     for (size_t i = 0; i < count; i++) {
-        const variable *each = unit_variable(station(self), references[i]);
+        const variable *each = unit_variable(from, references[i]);
         if (each == NULL)
             return fmi2Error;
         if (each->type != TYPE_STRING)
             return mismatch(self, references[i]);
-        values[i] = unit_read(station(self), each);
+        values[i] = unit_read(from, each);
         if (values[i] == NULL)
-            return fmi2Error;
+            return (fmi2Status)unit_failure(from);
     }
     return fmi2OK;
 }
 
 fmi2Status fmi2SetString(fmi2Component self, const fmi2ValueReference references[], size_t count,
                          const fmi2String values[]) {
-    for (size_t i = 0; i < count; i++) {
-        const variable *each = unit_variable(station(self), references[i]);
-        if (each == NULL)
-            return fmi2Error;
-        if (each->type != TYPE_STRING)
-            return mismatch(self, references[i]);
-        if (unit_write_text(station(self), each, values[i]) != UNIT_OK)
-            return fmi2Error;
-    }
+    unit *to = station(self);
+    if (unit_arrays(to, count, references, values) != UNIT_OK)
+        return fmi2Error;
+    for (int sets = 0; sets < 2; sets++)
+        for (size_t i = 0; i < count; i++) {
+            const variable *each = unit_variable(to, references[i]);
+            if (each == NULL)
+                return fmi2Error;
+            if (each->type != TYPE_STRING)
+                return mismatch(self, references[i]);
+            if (unit_write_text(to, each, values[i], !sets) != UNIT_OK)
+                return fmi2Error;
+        }
     return fmi2OK;
 }
 

@@ -19,10 +19,13 @@ static void report(void *owner, unit_status status, const char *category, const 
         self->log(self->environment, (fmi3Status)status, category, text);
 }
 
-static unit *station(fmi3Instance self) { return ((instance *)self)->station; }
+/* NULL for an instance that was freed. */
+static unit *station(fmi3Instance self) {
+    return instance_lives(self) ? ((instance *)self)->station : NULL;
+}
 
 static fmi3Status refused(fmi3Instance self, const char *what) {
-    return self == NULL ? fmi3Error : (fmi3Status)unit_refuse(station(self), what);
+    return (fmi3Status)unit_refuse(station(self), what);
 }
 
 const char *fmi3GetVersion(void) { return "3.0"; }
@@ -48,6 +51,7 @@ fmi3Instance fmi3InstantiateCoSimulation(
         free(self);
         return NULL;
     }
+    instance_made(self);
     return self;
 }
 
@@ -74,9 +78,9 @@ fmi3Instance fmi3InstantiateScheduledExecution(
 }
 
 void fmi3FreeInstance(fmi3Instance self) {
-    if (self == NULL)
+    if (!instance_freed(self))
         return;
-    unit_close(station(self));
+    unit_close(((instance *)self)->station);
     free(self);
 }
 
@@ -90,13 +94,23 @@ fmi3Status fmi3SetDebugLogging(fmi3Instance self, fmi3Boolean on, size_t count,
 fmi3Status fmi3EnterInitializationMode(fmi3Instance self, fmi3Boolean has_tolerance,
                                        fmi3Float64 tolerance, fmi3Float64 start,
                                        fmi3Boolean has_stop, fmi3Float64 stop) {
-    (void)has_tolerance, (void)tolerance, (void)has_stop, (void)stop;
-    unit_begin(station(self), start);
-    return fmi3OK;
+    (void)has_tolerance, (void)tolerance;
+    unit_status status = unit_begin(station(self), start, has_stop, stop);
+    if (status == UNIT_OK)
+        status = unit_go(station(self), "fmi3EnterInitializationMode", INSTANTIATED, INSTANTIATED,
+                         INITIALIZING);
+    return (fmi3Status)status;
 }
 
-fmi3Status fmi3ExitInitializationMode(fmi3Instance self) { return self ? fmi3OK : fmi3Error; }
-fmi3Status fmi3Terminate(fmi3Instance self) { return self ? fmi3OK : fmi3Error; }
+fmi3Status fmi3ExitInitializationMode(fmi3Instance self) {
+    return (fmi3Status)unit_go(station(self), "fmi3ExitInitializationMode", INITIALIZING,
+                               INITIALIZING, STEPPING);
+}
+
+fmi3Status fmi3Terminate(fmi3Instance self) {
+    return (fmi3Status)unit_go(station(self), "fmi3Terminate", STEPPING, INITIALIZING, TERMINATED);
+}
+
 fmi3Status fmi3Reset(fmi3Instance self) { return (fmi3Status)unit_reset(station(self)); }
 
 fmi3Status fmi3DoStep(fmi3Instance self, fmi3Float64 at, fmi3Float64 by, fmi3Boolean final,
@@ -117,19 +131,35 @@ fmi3Status fmi3DoStep(fmi3Instance self, fmi3Float64 at, fmi3Float64 by, fmi3Boo
 
 /* Values: arrays one after another, each with all its elements */
 
+/* UNIT_OK if these variables have that type and so many values together. */
+static unit_status check(unit *self, const fmi3ValueReference references[], size_t count,
+                         value_type type, const void *values, size_t value_count) {
+    unit_status status = unit_arrays(self, count, references, values);
+    size_t expected = 0;
+    for (size_t i = 0; status == UNIT_OK && i < count; i++) {
+        const variable *each = unit_variable(self, references[i]);
+        if (each == NULL)
+            return UNIT_ERROR;
+        if (each->type != type)
+            return unit_error(self, "value reference %u: another type", references[i]);
+        expected += each->count;
+    }
+    if (status == UNIT_OK && expected != value_count)
+        return unit_error(self, "expected %zu values, got %zu", expected, value_count);
+    return status;
+}
+
 static fmi3Status get(fmi3Instance self, const fmi3ValueReference references[], size_t count,
                       value_type type, void *values, size_t value_count, size_t value_size) {
+    unit *from = station(self);
     size_t done = 0;
+    if (check(from, references, count, type, values, value_count) != UNIT_OK)
+        return fmi3Error;
     for (size_t i = 0; i < count; i++) {
-        const variable *each = unit_variable(station(self), references[i]);
-        if (each == NULL)
-            return fmi3Error;
-        if (each->type != type || done + each->count > value_count)
-            return (fmi3Status)unit_error(station(self), "value reference %u: another type, or"
-                                          " %u values expected", references[i], each->count);
-        const uint8_t *bytes = unit_read(station(self), each);
+        const variable *each = unit_variable(from, references[i]);
+        const uint8_t *bytes = unit_read(from, each);
         if (bytes == NULL)
-            return fmi3Error;
+            return (fmi3Status)unit_failure(from);
         if (type == TYPE_STRING)
             ((fmi3String *)values)[done] = (fmi3String)bytes;
         else
@@ -139,27 +169,41 @@ static fmi3Status get(fmi3Instance self, const fmi3ValueReference references[], 
     return fmi3OK;
 }
 
+static unit_status all_finite(unit *self, fmi3ValueReference reference, value_type type,
+                              const void *values, size_t count) {
+    unit_status status = UNIT_OK;
+    for (size_t i = 0; status == UNIT_OK && i < count; i++)
+        if (type == TYPE_FLOAT64)
+            status = unit_finite(self, reference, ((const fmi3Float64 *)values)[i]);
+        else if (type == TYPE_FLOAT32)
+            status = unit_finite(self, reference, (double)((const fmi3Float32 *)values)[i]);
+    return status;
+}
+
+/* All values are checked before one is set. */
 static fmi3Status set(fmi3Instance self, const fmi3ValueReference references[], size_t count,
                       value_type type, const void *values, size_t value_count, size_t value_size) {
-    size_t done = 0;
-    for (size_t i = 0; i < count; i++) {
-        const variable *each = unit_variable(station(self), references[i]);
-        if (each == NULL)
-            return fmi3Error;
-        if (each->type != type || done + each->count > value_count)
-            return (fmi3Status)unit_error(station(self), "value reference %u: another type, or"
-                                          " %u values expected", references[i], each->count);
-        if (type == TYPE_STRING) {
-            const char *text = ((const fmi3String *)values)[done];
-            if (unit_write_text(station(self), each, text) != UNIT_OK)
+    unit *to = station(self);
+    if (check(to, references, count, type, values, value_count) != UNIT_OK)
+        return fmi3Error;
+    for (int sets = 0; sets < 2; sets++) {
+        size_t done = 0;
+        for (size_t i = 0; i < count; i++) {
+            const variable *each = unit_variable(to, references[i]);
+            const uint8_t *from = (const uint8_t *)values + done * value_size;
+            done += each->count;
+            if (type == TYPE_STRING) {
+                const char *text = *(const fmi3String *)(const void *)from;
+                if (unit_write_text(to, each, text, !sets) != UNIT_OK)
+                    return fmi3Error;
+                continue;
+            }
+            uint8_t *bytes = unit_write(to, each);
+            if (bytes == NULL || all_finite(to, references[i], type, from, each->count) != UNIT_OK)
                 return fmi3Error;
-        } else {
-            void *bytes = unit_write(station(self), each);
-            if (bytes == NULL)
-                return fmi3Error;
-            memcpy(bytes, (const uint8_t *)values + done * value_size, each->size);
+            for (size_t n = 0; sets && n < each->size; n++)
+                bytes[n] = type == TYPE_BOOLEAN ? from[n] != 0 : from[n];
         }
-        done += each->count;
     }
     return fmi3OK;
 }

@@ -15,7 +15,8 @@ enum { OPEN, STEP, REFRESH, SAVE, RESTORE, PACK, UNPACK };
 
 struct unit_state {
     int channel;
-    void *packed;
+    unit_mode mode;
+    void *packed; /* with the mode as its last byte */
     size_t packed_size;
     unit_state *next;
 };
@@ -31,6 +32,7 @@ struct unit {
     int channel;       /* of the process that is the model now */
     FILE *errors;      /* what the process wrote to its standard error */
     bool dead;
+    unit_mode mode;
     bool inputs_changed;
     double start, time;
     uint32_t variable_count, input_size, image_size;

@@ -5,14 +5,72 @@
 
 #include <math.h>
 #include <stdarg.h>
+#include <stdatomic.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
 
-enum { LONGEST_TEXT = 4000 };
+enum { LONGEST_TEXT = 4000, LONGEST_STATE = 1 << 30 };
+
+static const char *const MODES[] = {"instantiated", "initialization mode", "step mode", "terminated"};
+
+/* Instances */
+
+typedef struct entry {
+    void *instance;
+    struct entry *next;
+} entry;
+
+static entry *instances;
+static atomic_flag busy = ATOMIC_FLAG_INIT; /* importers may have a thread for each instance */
+
+static void begin_list(void) {
+    while (atomic_flag_test_and_set(&busy))
+        ;
+}
+
+static void end_list(void) { atomic_flag_clear(&busy); }
+
+void instance_made(void *instance) {
+    entry *made = malloc(sizeof *made);
+    if (made == NULL)
+        return; /* it then counts as freed: calls answer an error */
+    made->instance = instance;
+    begin_list();
+    made->next = instances;
+    instances = made;
+    end_list();
+}
+
+bool instance_lives(const void *instance) {
+    begin_list();
+    const entry *each = instances;
+    while (each != NULL && each->instance != instance)
+        each = each->next;
+    end_list();
+    return each != NULL;
+}
+
+bool instance_freed(void *instance) {
+    entry *gone = NULL;
+    begin_list();
+    for (entry **each = &instances; *each != NULL; each = &(*each)->next)
+        if ((*each)->instance == instance) {
+            gone = *each;
+            *each = gone->next;
+            break;
+        }
+    end_list();
+    free(gone);
+    return gone != NULL;
+}
+
+/* Errors */
 
 unit_status unit_error(unit *self, const char *format, ...) {
     char text[LONGEST_TEXT];
+    if (self == NULL)
+        return UNIT_ERROR;
     va_list arguments;
     va_start(arguments, format);
     vsnprintf(text, sizeof text, format, arguments);
@@ -106,17 +164,50 @@ void unit_close(unit *self) {
 }
 
 unit_status unit_reset(unit *self) {
+    if (self == NULL)
+        return UNIT_ERROR;
     process_stop(self);
     self->time = self->start = 0.0;
+    self->mode = INSTANTIATED;
     unit_status status = process_start(self);
     return status == UNIT_OK ? greet(self) : status;
 }
 
-void unit_verbose(unit *self, bool verbose) { self->verbose = verbose; }
+void unit_verbose(unit *self, bool verbose) {
+    if (self != NULL)
+        self->verbose = verbose;
+}
 
-void unit_begin(unit *self, double start_time) { self->start = self->time = start_time; }
+unit_status unit_failure(const unit *self) {
+    return self != NULL && self->dead ? UNIT_FATAL : UNIT_ERROR;
+}
 
-double unit_last_time(unit *self) { return self->time; }
+unit_status unit_go(unit *self, const char *what, unit_mode from, unit_mode or_from, unit_mode next) {
+    if (self == NULL)
+        return UNIT_ERROR;
+    if (self->mode != from && self->mode != or_from)
+        return unit_error(self, "%s: expected %s, the mode is: %s", what, MODES[from],
+                          MODES[self->mode]);
+    if (self->dead)
+        return UNIT_FATAL;
+    self->mode = next;
+    return UNIT_OK;
+}
+
+unit_status unit_begin(unit *self, double start, bool has_stop, double stop) {
+    if (self == NULL)
+        return UNIT_ERROR;
+    if (self->mode != INSTANTIATED)
+        return unit_error(self, "start: expected %s, the mode is: %s", MODES[INSTANTIATED],
+                          MODES[self->mode]);
+    if (!isfinite(start) || (has_stop && !(stop >= start)))
+        return unit_error(self, "start: expected a finite time and a stop not before it, got %g s"
+                          " and %g s", start, has_stop ? stop : INFINITY);
+    self->start = self->time = start;
+    return UNIT_OK;
+}
+
+double unit_last_time(unit *self) { return self == NULL ? 0.0 : self->time; }
 
 /* Send changed inputs, and receive the image at a station time (ns). */
 static unit_status exchange(unit *self, uint32_t kind, uint64_t number) {
@@ -131,6 +222,9 @@ static unit_status exchange(unit *self, uint32_t kind, uint64_t number) {
 }
 
 unit_status unit_step(unit *self, double at, double by) {
+    unit_status right = unit_go(self, "step", STEPPING, STEPPING, STEPPING);
+    if (right != UNIT_OK)
+        return right;
     double tolerance = 1e-9 * fmax(1.0, fabs(at));
     if (!(fabs(at - self->time) <= tolerance))
         return unit_error(self, "communication point: expected %.17g s, got %.17g s", self->time, at);
@@ -145,13 +239,31 @@ unit_status unit_step(unit *self, double at, double by) {
 }
 
 const variable *unit_variable(unit *self, uint32_t reference) {
+    if (self == NULL)
+        return NULL;
     if (reference < self->variable_count)
         return &self->variables[reference];
     unit_error(self, "value reference %u: expected one below %u", reference, self->variable_count);
     return NULL;
 }
 
+unit_status unit_arrays(unit *self, size_t count, const void *references, const void *values) {
+    if (self == NULL)
+        return UNIT_ERROR;
+    if (count > 0 && (references == NULL || values == NULL))
+        return unit_error(self, "expected %zu value references and their values, got NULL", count);
+    return UNIT_OK;
+}
+
+unit_status unit_finite(unit *self, uint32_t reference, double value) {
+    if (isfinite(value))
+        return UNIT_OK;
+    return unit_error(self, "value reference %u: expected a finite number, got %g", reference, value);
+}
+
 const void *unit_read(unit *self, const variable *which) {
+    if (self->dead || self->channel < 0)
+        return NULL;
     if (which->source == FROM_TIME)
         return &self->time;
     if (which->source == ON_REQUEST
@@ -166,18 +278,23 @@ void *unit_write(unit *self, const variable *which) {
                    (unsigned)(which - self->variables));
         return NULL;
     }
+    if (self->mode == TERMINATED) {
+        unit_error(self, "value reference %u: the unit is terminated, reset it to set values",
+                   (unsigned)(which - self->variables));
+        return NULL;
+    }
     self->inputs_changed = true;
     return self->image + which->offset;
 }
 
-unit_status unit_write_text(unit *self, const variable *which, const char *text) {
+unit_status unit_write_text(unit *self, const variable *which, const char *text, bool only_check) {
     size_t length = text == NULL ? 0 : strlen(text);
     if (which->size == 0 || length > which->size - 1)
         return unit_error(self, "value reference %u: a text of %zu bytes, expected at most %u",
                           (unsigned)(which - self->variables), length, which->size - 1);
     char *place = unit_write(self, which);
-    if (place == NULL)
-        return UNIT_ERROR;
+    if (place == NULL || only_check)
+        return place == NULL ? UNIT_ERROR : UNIT_OK;
     memset(place, 0, which->size);
     memcpy(place, text == NULL ? "" : text, length);
     return UNIT_OK;
@@ -185,7 +302,7 @@ unit_status unit_write_text(unit *self, const variable *which, const char *text)
 
 /* Saved states: each is a process that waits at a channel of its own */
 
-static unit_status keep(unit *self, int channel, unit_state **state) {
+static unit_status keep(unit *self, int channel, unit_mode mode, unit_state **state) {
     unit_state *made = channel < 0 ? NULL : calloc(1, sizeof *made);
     if (made == NULL) {
         if (channel >= 0)
@@ -193,14 +310,21 @@ static unit_status keep(unit *self, int channel, unit_state **state) {
         return unit_error(self, "the state has no channel");
     }
     made->channel = channel;
+    made->mode = mode;
     made->next = self->states;
     self->states = made;
     *state = made;
     return UNIT_OK;
 }
 
+static unit_status without_state(unit *self) {
+    return unit_error(self, "expected a place for the state, got NULL");
+}
+
 unit_status unit_save(unit *self, unit_state **state) {
     int channel = -1;
+    if (self == NULL || state == NULL)
+        return without_state(self);
     double time = self->time - self->start;
     if (*state != NULL) { /* an older state to overwrite */
         unit_drop(self, *state);
@@ -213,7 +337,7 @@ unit_status unit_save(unit *self, unit_state **state) {
     }
     unit_status status =
         process_call(self, self->channel, SAVE, &time, sizeof time, NULL, 0, NULL, &channel);
-    return status == UNIT_OK ? keep(self, channel, state) : status;
+    return status == UNIT_OK ? keep(self, channel, self->mode, state) : status;
 }
 
 static bool is_kept(const unit *self, const unit_state *state) {
@@ -224,6 +348,8 @@ static bool is_kept(const unit *self, const unit_state *state) {
 }
 
 unit_status unit_restore(unit *self, unit_state *state) {
+    if (self == NULL)
+        return UNIT_ERROR;
     if (!is_kept(self, state))
         return unit_error(self, "expected a state of this unit that was not freed");
     int channel = -1;
@@ -244,10 +370,13 @@ unit_status unit_restore(unit *self, unit_state *state) {
     memcpy(&time, self->buffer, sizeof time);
     memcpy(self->image, self->buffer + sizeof time, self->image_size);
     self->time = self->start + time;
+    self->mode = state->mode;
     return UNIT_OK;
 }
 
 void unit_drop(unit *self, unit_state *state) {
+    if (self == NULL)
+        return;
     for (unit_state **each = &self->states; *each != NULL; each = &(*each)->next)
         if (*each == state) {
             *each = state->next;
@@ -259,6 +388,8 @@ void unit_drop(unit *self, unit_state *state) {
 }
 
 unit_status unit_pack(unit *self, unit_state *state, const void **bytes, size_t *size) {
+    if (self == NULL || size == NULL)
+        return without_state(self);
     if (!is_kept(self, state))
         return unit_error(self, "expected a state of this unit that was not freed");
     if (state->packed == NULL) {
@@ -270,7 +401,8 @@ unit_status unit_pack(unit *self, unit_state *state, const void **bytes, size_t 
         if (state->packed == NULL)
             return unit_error(self, "no memory for a state of %zu bytes", length);
         memcpy(state->packed, self->buffer, length);
-        state->packed_size = length;
+        ((uint8_t *)state->packed)[length] = (uint8_t)state->mode;
+        state->packed_size = length + 1;
     }
     *bytes = state->packed;
     *size = state->packed_size;
@@ -279,11 +411,16 @@ unit_status unit_pack(unit *self, unit_state *state, const void **bytes, size_t 
 
 unit_status unit_unpack(unit *self, const void *bytes, size_t size, unit_state **state) {
     int channel = -1;
+    if (self == NULL || state == NULL)
+        return without_state(self);
+    uint8_t mode = bytes == NULL || size == 0 ? UINT8_MAX : ((const uint8_t *)bytes)[size - 1];
+    if (mode > TERMINATED || size > LONGEST_STATE)
+        return unit_error(self, "state: expected bytes of a serialised state, got %zu others", size);
     if (*state != NULL) {
         unit_drop(self, *state);
         *state = NULL;
     }
     unit_status status =
-        process_call(self, self->channel, UNPACK, NULL, 0, bytes, size, NULL, &channel);
-    return status == UNIT_OK ? keep(self, channel, state) : status;
+        process_call(self, self->channel, UNPACK, NULL, 0, bytes, size - 1, NULL, &channel);
+    return status == UNIT_OK ? keep(self, channel, (unit_mode)mode, state) : status;
 }
