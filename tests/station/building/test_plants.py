@@ -1,5 +1,6 @@
 """Units linked with PLCs, the NC and each other."""
 
+import math
 from collections.abc import Callable
 from pathlib import Path
 
@@ -108,6 +109,26 @@ def test_failure_is_seen_by_the_plc(put_unit: Callable[..., Path]) -> None:
     station.advance(0.1)
     assert (main["fSeen"], main["bFailed"]) == (seen, True)
     assert station.plants["wild"].failure == "value: expected a finite number, got nan"
+
+
+def test_numbers_of_a_plc_and_a_unit_meet_their_limits(put_unit: Callable[..., Path]) -> None:
+    """A REAL has its largest number for a larger one; a unit gets no number that is none."""
+    station = load(
+        put_unit("wild"),
+        '[[plc]]\nsources = "main.st"\n[[fmu]]\nname = "wild"\nfile = "wild.fmu"\n'
+        'inputs = { deed = "MAIN.nDeed", added = "MAIN.fPump" }\n'
+        'outputs = { "MAIN.fLevel" = "value" }\n',
+    )
+    main = station.plcs[851].instance("MAIN")
+    main["nDeed"] = 9  # 1e308
+    station.advance(0.1)
+    assert main["fLevel"] == pytest.approx(3.4028235e38)
+    assert not station.plants["wild"].failure
+    main["fPump"] = math.nan
+    station.plants["wild"].exchange()
+    assert "added: expected" in station.plants["wild"].failure
+    assert station.plants["wild"].failure.endswith("got nan")
+    assert main["fLevel"] == pytest.approx(3.4028235e38)
 
 
 def test_links_survive_an_online_change(put_unit: Callable[..., Path]) -> None:

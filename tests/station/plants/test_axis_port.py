@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
 from hypothesis import given
@@ -134,6 +135,25 @@ def test_failed_unit_is_an_error_of_its_axis(put_unit: Callable[..., Path]) -> N
     why = made.missing_condition(1)
     assert why.startswith("its fmu axis has failed: its process ended by signal 9")
     made.advance(0.5)  # the station goes on
+
+
+def test_position_that_no_encoder_has_is_an_error_of_its_axis(
+    put_unit: Callable[..., Path],
+) -> None:
+    made = station(put_unit("conveyor"), VELOCITY)
+    axis = enabled(made)
+    plant = made.plants["axis"]
+    ask = plant._process.step
+
+    def step(*arguments: Any) -> list[float]:
+        return [1e308 for _ in ask(*arguments)]
+
+    plant._process.step = step  # type: ignore[method-assign, assignment]
+    made.advance(0.1)
+    assert axis.error_code == 0x4655
+    assert math.isfinite(axis.actual_position)
+    assert "position: expected a position of at most 2^53 increments" in made.missing_condition(1)
+    made.advance(0.1)
 
 
 def test_equal_stations_have_equal_digests(put_unit: Callable[..., Path]) -> None:

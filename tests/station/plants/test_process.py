@@ -1,6 +1,7 @@
 """Units that work, and units that do harm."""
 
 import gc
+import math
 import os
 import select
 import signal
@@ -16,6 +17,7 @@ from achse.station.plants.errors import PlantError
 from achse.station.plants.process import UnitProcess
 
 NOTHING, CRASH, HANG, END, FAILS, NOT_A_NUMBER, PRINT, DISCARD = range(8)
+INFINITE, HUGE, TINY, WARNS, FATAL, EVENT, TERMINATES, EARLY = range(8, 16)
 
 
 @pytest.fixture(params=["wild2", "wild"])
@@ -28,7 +30,7 @@ def wild(request: pytest.FixtureRequest, plant_units: Path) -> Iterator[UnitProc
     assert not archive.folder.exists()
 
 
-def step(process: UnitProcess, deed: int, at: float = 0.0, count: int = 1) -> list[float]:
+def step(process: UnitProcess, deed: float, at: float = 0.0, count: int = 1) -> list[float]:
     outputs = [process.description.number("value")]
     return process.step(at, 0.01, count, [deed], outputs)
 
@@ -44,6 +46,13 @@ def test_steps_give_outputs(wild: UnitProcess) -> None:
     assert step(wild, NOTHING, 0.01, count=4) == [7.5]
 
 
+@pytest.mark.parametrize(("deed", "value"), [(HUGE, 1e308), (TINY, 5e-324), (WARNS, 1), (EVENT, 1)])
+def test_odd_steps_are_steps(wild: UnitProcess, deed: int, value: float) -> None:
+    start(wild)
+    assert step(wild, deed) == [value]
+    assert step(wild, NOTHING, 0.01) == [value + 1.0]
+
+
 def test_what_a_unit_prints_harms_nobody(wild: UnitProcess) -> None:
     start(wild)
     assert step(wild, PRINT, count=20) == [20.0]
@@ -57,9 +66,18 @@ def test_what_a_unit_prints_harms_nobody(wild: UnitProcess) -> None:
         (FAILS, "status 3.*the solver did not converge"),
         (DISCARD, "status 2"),
         (NOT_A_NUMBER, "value: expected a finite number, got nan"),
+        (INFINITE, "value: expected a finite number, got -inf"),
+        (FATAL, "status 4.*out of memory"),
+        (TERMINATES, "the unit ended its simulation at 0.01 s"),
+        (EARLY, "the unit ended its simulation at 0.01 s"),
+        (2**31, r"deed: expected -2.14748e\+09 to 2.14748e\+09, got 2.14748e\+09"),
+        (math.nan, "deed: expected .*, got nan"),
+        (math.inf, "deed: expected .*, got inf"),
     ],
 )
-def test_failures_have_their_reason(wild: UnitProcess, deed: int, complaint: str) -> None:
+def test_failures_have_their_reason(wild: UnitProcess, deed: float, complaint: str) -> None:
+    if deed in (TERMINATES, EARLY) and wild.description.fmi == 2:
+        pytest.skip("FMI 2.0 has statuses alone")
     start(wild)
     step(wild, NOTHING)
     with pytest.raises(PlantError, match=f"(?s){complaint}"):

@@ -292,16 +292,20 @@ class _Part:
                     f" {config.increment * fastest / _MOST_INCREMENTS:g} for the velocity of the"
                     f" axis, got {config.increment:g}"
                 )
-            found.append(
-                PlantAxis(
-                    axis_id,
-                    config,
-                    servo_options(config, cycle_s, dead_cycles=_DEAD_CYCLES),
-                    self.plant,
-                    self._input_numbers[config.command],
-                    self._output_numbers[config.position],
-                    None if config.velocity is None else self._output_numbers[config.velocity],
-                    None if config.enable is None else self._input_numbers[config.enable],
-                )
+            made = PlantAxis(
+                axis_id,
+                config,
+                servo_options(config, cycle_s, dead_cycles=_DEAD_CYCLES),
+                self.plant,
+                self._input_numbers[config.command],
+                self._output_numbers[config.position],
+                None if config.velocity is None else self._output_numbers[config.velocity],
+                None if config.enable is None else self._input_numbers[config.enable],
             )
+            try:
+                made.check(self.plant.outputs)
+            except PlantError as fault:
+                raise ConfigError(f"{self.key}.axis[{number}]: {fault}") from None
+            self.plant.checks.append(made.check)
+            found.append(made)
         return found

@@ -1,5 +1,6 @@
 """Variables of a PLC that parts of the station read and write by name."""
 
+import math
 from collections.abc import Callable
 from typing import Any
 
@@ -40,6 +41,10 @@ def is_numeric(type: IecType[Any]) -> bool:
     return isinstance(type, IntegerType | RealType | BoolType | EnumType)
 
 
+_SINGLE, _LARGEST_SINGLE = 4, 3.4028234663852886e38
+"""Bytes and largest number of a REAL."""
+
+
 def encoder_of(type: IecType[Any], what: str) -> Callable[[float], bytes]:
     """Return the function that encodes a number as that type: rounded, and kept within its range.
 
@@ -52,7 +57,15 @@ def encoder_of(type: IecType[Any], what: str) -> Callable[[float], bytes]:
         return lambda value: b"\1" if value > 0 else b"\0"
     if isinstance(real, RealType):
         encode_real = real.encode
-        return lambda value: encode_real(value)
+        if real.size > _SINGLE:
+            return lambda value: encode_real(value)
+
+        def single(value: float) -> bytes:
+            if _LARGEST_SINGLE < abs(value) < math.inf:
+                value = math.copysign(_LARGEST_SINGLE, value)
+            return encode_real(value)
+
+        return single
     if not isinstance(real, IntegerType):
         raise ConfigError(f"{what}: expected a number or a BOOL, got a {type.name}")
     encode, low, high = real.encode, real.low, real.high

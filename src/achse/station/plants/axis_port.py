@@ -12,6 +12,7 @@ from achse.motion import Nc
 from achse.motion.port import wrapped
 from achse.motion.servo import ProcessEntry, ServoLink, ServoMode, ServoOptions, Servos, ServoView
 from achse.station.configuration.fmu import FmuAxisConfig
+from achse.station.plants.errors import PlantError
 from achse.station.plants.plant import Plant
 
 _INPUTS = struct.Struct("<Hibi")
@@ -23,6 +24,8 @@ _OUTPUT_OBJECTS = (
 """Process data of an axis: object, offset, bytes."""
 
 _MOST_VELOCITY = 2**31 - 1
+_MOST_COUNTS = 2.0**53
+"""Beyond this a double has no increments."""
 
 _DISABLED, _READY, _ON, _ENABLED = 0x40, 0x21, 0x23, 0x27
 """States of the power drive system in 6041h (CiA 402)."""
@@ -55,19 +58,32 @@ class PlantAxis:
     velocity: int | None
     enable: int | None
 
+    def check(self, outputs: Sequence[float]) -> None:
+        """Raise PlantError for a position that no encoder has."""
+        counts = self._counts(outputs)
+        if not abs(counts) < _MOST_COUNTS:
+            name = self.plant.output_variables[self.position].name
+            raise PlantError(
+                f"{name}: expected a position of at most 2^53 increments of"
+                f" {self.config.increment:g}, got {outputs[self.position]:g}"
+            )
+
+    def _counts(self, outputs: Sequence[float]) -> float:
+        config = self.config
+        position = config.scale * outputs[self.position] + config.offset
+        return position / config.increment
+
     def counts(self) -> int:
         """Actual position in increments, beyond 32 bits too."""
-        config = self.config
-        position = config.scale * self.plant.outputs[self.position] + config.offset
-        return round(position / config.increment)
+        return round(self._counts(self.plant.outputs))
 
     def counts_per_second(self) -> int:
         """Actual velocity in increments."""
         if self.velocity is None:
             return 0
         config = self.config
-        speed = round(config.scale * self.plant.outputs[self.velocity] / config.increment)
-        return max(-_MOST_VELOCITY, min(speed, _MOST_VELOCITY))
+        speed = config.scale * self.plant.outputs[self.velocity] / config.increment
+        return round(max(-_MOST_VELOCITY, min(speed, _MOST_VELOCITY)))
 
     def put_command(self, torque: int, position: int, velocity: int) -> None:
         """Set the input of the unit from 6071h, 607Ah or 60FFh."""

@@ -39,6 +39,8 @@ class Plant:
         self.output_variables = list(outputs)
         self.sources: list[tuple[int, Callable[[], float]]] = []
         """Inputs by number, and the functions that read their values."""
+        self.checks: list[Callable[[Sequence[float]], None]] = []
+        """Functions that raise PlantError for outputs that nobody gets to see: the unit fails."""
         self.targets: list[Callable[[], None]] = []
         """Functions that pass the outputs on."""
         self.failure_targets: list[Callable[[], None]] = []
@@ -56,12 +58,15 @@ class Plant:
         for number, read in self.sources:
             inputs[number] = read()
         try:
-            self.outputs = self._process.step(
+            outputs = self._process.step(
                 *(self.time_ns / 1e9, self.step_s, self._steps, inputs, self.output_variables)
             )
+            for check in self.checks:
+                check(outputs)
         except PlantError as failure:
             self._fail(str(failure))
             return
+        self.outputs = outputs
         self.time_ns += self.period_ns
         for write in self.targets:
             write()

@@ -4,6 +4,7 @@ import contextlib
 import importlib.util
 import json
 import os
+import re
 import signal
 import socket
 import struct
@@ -25,6 +26,11 @@ _FAILED = 1
 _SHOWN = 2000
 _PATIENCE_S = 5.0
 
+_NUMBERED = re.compile(
+    r"(?P<what>input|output) (?P<number>\d+) is (?P<value>[^ ,]+)(?:, beyond (?P<range>.+))?"
+)
+"""A value that is none, as the worker says it."""
+
 Value = bool | int | float | str
 
 
@@ -40,6 +46,7 @@ class UnitProcess:
         self.archive = archive
         self.name = name
         self._timeout_s = timeout_s
+        self._inputs: Sequence[PlantVariable] = ()
         ours, theirs = socket.socketpair()
         self._channel = ours
         self._errors: IO[bytes] = tempfile.TemporaryFile()  # noqa: SIM115  # as long as the process
@@ -68,6 +75,7 @@ class UnitProcess:
     ) -> list[float]:
         """Load and initialise the unit; return the outputs then."""
         about = self.description
+        self._inputs = inputs
         start = [(*_place(about.variable(name)), value) for name, value in values.items()]
         plan: dict[str, Any] = {
             "fmi": about.fmi,
@@ -113,8 +121,20 @@ class UnitProcess:
         failed, data = answer
         if failed == _FAILED:
             self.close()
-            raise PlantError(_with_names(data.decode("utf-8", "replace"), outputs))
+            raise PlantError(self._with_names(data.decode("utf-8", "replace"), outputs))
         return list(struct.unpack(f"<{len(data) // 8}d", data))
+
+    def _with_names(self, text: str, outputs: Sequence[PlantVariable]) -> str:
+        """Put the name of an input or output in the place of its number."""
+        found = _NUMBERED.fullmatch(text)
+        if found is None:
+            return text
+        variables = self._inputs if found["what"] == "input" else outputs
+        number = int(found["number"])
+        if number >= len(variables):
+            return text
+        expected = found["range"] or "a finite number"
+        return f"{variables[number].name}: expected {expected}, got {found['value']}"
 
     def _last_words(self) -> str:
         with contextlib.suppress(subprocess.TimeoutExpired):
@@ -130,15 +150,6 @@ class UnitProcess:
 
 def _place(variable: PlantVariable) -> tuple[int, str]:
     return variable.reference, variable.type
-
-
-def _with_names(text: str, outputs: Sequence[PlantVariable]) -> str:
-    """Put the name of an output in the place of its number."""
-    head, _, rest = text.partition(" is ")
-    number = head.removeprefix("output ")
-    if head.startswith("output ") and number.isdecimal() and int(number) < len(outputs):
-        return f"{outputs[int(number)].name}: expected a finite number, got {rest}"
-    return text
 
 
 def _end(

@@ -32,6 +32,8 @@ _STATUS_WARNING = 1
 
 _SETTERS2 = {"Real": "Real", "Integer": "Integer", "Enumeration": "Integer", "Boolean": "Boolean"}
 
+_LARGEST_FLOAT32 = 3.4028234663852886e38
+
 
 def receive(channel: socket.socket) -> tuple[int, bytes] | None:
     """Return the next message; None at the end of the channel."""
@@ -83,6 +85,7 @@ class UnitRunner:
         self._fmi = plan["fmi"]
         self._slave = self._instantiate(plan)
         self._inputs = [self._setter(*each) for each in plan["inputs"]]
+        self._limits = [_limits(type) for _, type in plan["inputs"]]
         self._outputs = [self._getter(*each) for each in plan["outputs"]]
         for reference, type, value in plan["start"]:
             self._setter(reference, type)(value)
@@ -147,7 +150,11 @@ class UnitRunner:
         return "Int64" if type == "Enumeration" else type
 
     def step(self, at: float, size: float, count: int, inputs: Sequence[float]) -> None:
-        """Set the inputs and do some steps. Raises whatever FMPy raises; ValueError for an end."""
+        """Set the inputs and do some steps. Raises whatever FMPy raises; ValueError for an end,
+        and for an input that its variable cannot have."""
+        for number, (value, (low, high)) in enumerate(zip(inputs, self._limits, strict=True)):
+            if not low <= value <= high:
+                raise ValueError(f"input {number} is {value:g}, beyond {low:g} to {high:g}")
         for write, value in zip(self._inputs, inputs, strict=True):
             write(value)
         for number in range(count):
@@ -170,6 +177,19 @@ class UnitRunner:
     def told(self, failure: BaseException) -> str:
         """A sentence about a failure, with what the unit said of it."""
         return ": ".join((str(failure) or type(failure).__name__, *self.lines))
+
+
+def _limits(type: str) -> tuple[float, float]:
+    """Return the smallest and the largest number of a type; not a number is beyond both."""
+    if type == "Float32":
+        return -_LARGEST_FLOAT32, _LARGEST_FLOAT32
+    if type in ("Float64", "Real", "Boolean"):
+        return -sys.float_info.max, sys.float_info.max
+    name = {"Integer": "Int32", "Enumeration": "Int32"}.get(type, type)
+    bits = int(name.lstrip("UInt"))
+    if name.startswith("U"):
+        return 0.0, math.nextafter(2.0**bits, 0.0)
+    return -(2.0 ** (bits - 1)), math.nextafter(2.0 ** (bits - 1), 0.0)
 
 
 def serve(channel: socket.socket) -> None:

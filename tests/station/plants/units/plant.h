@@ -20,6 +20,7 @@ typedef struct {
     void *environment;
     log3 log;
     callbacks2 callbacks;
+    bool event, terminate, early; /* what a step of FMI 3.0 says beside its status */
 } plant;
 
 /* Values at the start; one step of `size` seconds: 0 if it worked, or an FMI status. */
@@ -59,9 +60,14 @@ int fmi3Reset(void *p) { return 0; }
 void fmi3FreeInstance(void *p) { free(p); }
 int fmi3DoStep(void *p, double time, double size, bool last, bool *event, bool *terminate,
                bool *early, double *done) {
-    *event = *terminate = *early = false;
-    *done = time + size;
-    return step(p, time, size);
+    plant *self = p;
+    self->event = self->terminate = self->early = false;
+    int status = step(self, time, size);
+    *event = self->event;
+    *terminate = self->terminate;
+    *early = self->early;
+    *done = time + (self->early ? size / 2 : size);
+    return status;
 }
 
 #define ACCESS3(name, type)                                                                        \

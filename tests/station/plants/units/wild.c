@@ -7,7 +7,8 @@
 #include "plant.h"
 
 enum { DEED, VALUE, ADDED };
-enum { NOTHING, CRASH, HANG, END, FAILS, NOT_A_NUMBER, PRINT, DISCARD };
+enum { NOTHING, CRASH, HANG, END, FAILS, NOT_A_NUMBER, PRINT, DISCARD,
+       INFINITE, HUGE, TINY, WARNS, FATAL, EVENT, TERMINATES, EARLY };
 
 static void begin(plant *p) {}
 
@@ -37,6 +38,30 @@ static int step(plant *p, double time, double size) {
         break;
     case DISCARD:
         return 2;
+    case INFINITE:
+        p->v[VALUE] = -INFINITY;
+        break;
+    case HUGE:
+        p->v[VALUE] = 1e308;
+        break;
+    case TINY:
+        p->v[VALUE] = 5e-324;
+        break;
+    case WARNS:
+        say(p, 1, "close to a limit");
+        return 1;
+    case FATAL:
+        say(p, 4, "out of memory");
+        return 4;
+    case EVENT:
+        p->event = true;
+        break;
+    case TERMINATES:
+        p->terminate = true;
+        break;
+    case EARLY:
+        p->early = true;
+        break;
     }
     return 0;
 }
