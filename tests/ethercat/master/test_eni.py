@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from achse.drive import Drive
 from achse.ethercat import describe
 from achse.ethercat.master import BusConfiguration, ClockConfiguration, InitCommand
-from achse.ethercat.master.configuration import from_description
+from achse.ethercat.master.configuration import IdnCommand, from_description
 from achse.ethercat.master.eni import EniError, read_eni, write_eni
 
 FOREIGN = """<?xml version="1.0"?>
@@ -67,6 +67,7 @@ def test_what_is_written_is_read() -> None:
     slave = dataclasses.replace(
         slave.with_entries([(0x6040, 0, 16), (0, 0, 8)], [(0x6041, 0, 16)]),
         commands=(InitCommand(0x6060, 0, b"\x08", comment="mode"),),
+        idn_commands=(IdnCommand(32, b"\x0b\0", 1, "SO"), IdnCommand(1, b"\0\0", adapts=True)),
     )
     bus = BusConfiguration((slave, dataclasses.replace(slave, optional=True)), cycle_ns=4_000_000)
     again = read_eni(write_eni(bus))
@@ -75,6 +76,10 @@ def test_what_is_written_is_read() -> None:
     assert (first.station, second.station, second.optional) == (1001, 1002, True)
     for field in ("name", "outputs", "inputs", "sync_managers", "mailbox_out", "clock", "commands"):
         assert getattr(first, field) == getattr(slave, field), field
+    assert first.idn_commands == (
+        IdnCommand(32, b"\x0b\0", 1, "SO"),
+        IdnCommand(1, (4000).to_bytes(2, "little")),  # as the bus is
+    )
 
 
 @pytest.mark.parametrize(

@@ -20,6 +20,7 @@ from achse.ethercat.master import (
     Ring,
     from_description,
 )
+from achse.ethercat.master.configuration import IdnCommand
 from achse.ethercat.master.esi_reader import (
     EsiError,
     EsiMode,
@@ -187,6 +188,20 @@ def test_one_device_of_many() -> None:
     assert len(read_esi(broken, product_code=0x1234)) == 1
 
 
+def soe(inner: str, drive: str = "0") -> str:
+    """The servo with a start command of SoE."""
+    command = f'<InitCmd Chn="{drive}"><Transition>PS</Transition>{inner}</InitCmd>'
+    return SERVO.replace("<CoE", f"<SoE>{command}</SoE><CoE", 1)
+
+
+@pytest.mark.parametrize(
+    "clock", [(0x10000, 0, 0, None), (1, 1 << 32, 0, None), (1, 0, -1, None), (1, 0, 0, -(1 << 32))]
+)
+def test_clocks_have_32_bits(clock: tuple[int, int, int, int | None]) -> None:
+    with pytest.raises(ValueError, match="expected 0 to"):
+        ClockConfiguration(*clock)
+
+
 @pytest.mark.parametrize(
     ("text", "told"),
     [
@@ -200,6 +215,11 @@ def test_one_device_of_many() -> None:
         (SERVO.replace('ControlByte="#x26"', 'ControlByte="#x126"'), "Sm ControlByte"),
         (SERVO.replace('RxPdo Sm="2"', 'RxPdo Sm="99"'), "PDO Sm: expected 0 to 0xF"),
         (SERVO.replace("<Data>08", "<Data>0z"), "Servo-7: "),
+        (SERVO.replace("<Sm ", "<Sm></Sm>" * 16 + "<Sm ", 1), "Sm: expected at most 16, got 2"),
+        (SERVO.replace("<Fmmu>", "<Fmmu/>" * 16 + "<Fmmu>", 1), "Fmmu: expected at most 16"),
+        (soe("<IDN>65536</IDN><Data/>"), "SoE InitCmd IDN: expected 0 to 0xFFFF"),
+        (soe("<IDN>1</IDN><Data/>", "8"), "Chn: expected 0 to 0x7, got 8"),
+        (soe("<IDN>1</IDN><Data>0g</Data>"), "Servo-7: "),
     ],
 )
 def test_other_files_are_refused(text: str, told: str) -> None:
@@ -235,7 +255,11 @@ def test_times_of_modes(
     cycle_ns: int, factor0: int, factor1: int, shift0: int, shift1: int, activate: int
 ) -> None:
     mode = EsiMode("m", activate, EsiTime(0, factor0), EsiTime(0, factor1), shift0, shift1)
-    clock = mode.clock(cycle_ns)
+    try:
+        clock = mode.clock(cycle_ns)
+    except EsiError:  # the registers of a clock have 32 bits
+        assert cycle_ns * max(factor0, factor0 * factor1, factor1, 1) + shift1 >= 1 << 32
+        return
     if not activate:
         assert clock is None
         return
@@ -255,4 +279,6 @@ def test_a_scanned_slave_gets_what_its_esi_tells() -> None:
     assert (made.type_name, made.times) == ("Servo-7", servo.times)
     assert made.clock == ClockConfiguration(0x300, 1_000_000, 0, 520_000)
     assert made.commands == servo.commands
+    with_idns = replace(servo, idn_commands=(IdnCommand(32, b"\x0b\0"),))
+    assert described(found, [with_idns]).idn_commands == with_idns.idn_commands
     assert described(found, [newer]) is found

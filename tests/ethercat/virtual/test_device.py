@@ -8,6 +8,7 @@ from achse.codes import AbortCode, AlState, AlStatus, FileRefusal, FoeError, Sdo
 from achse.ethercat.application import FileApplication, ObjectAccess
 from achse.ethercat.master.esi_reader import EsiError, read_esi
 from achse.ethercat.virtual import VirtualDevice, make_slave
+from achse.ethercat.virtual.device import VirtualFileDevice
 from tests.ethercat.virtual.esi_text import ANALOG, VENDOR, device, esi, pdo
 
 DICTIONARY = """<Profile><Dictionary><DataTypes/><Objects>
@@ -110,3 +111,14 @@ def test_files_are_kept_where_the_mailbox_has_foe() -> None:
     with pytest.raises(FileRefusal, match=f"{FoeError.NOT_FOUND:04X}"):
         device_.read_file("b.bin", 0)
     assert not isinstance(made(device(pdo("RxPdo", 0x1600, []))), FileApplication)
+
+
+def test_files_have_room_together() -> None:
+    device_ = made()
+    assert isinstance(device_, VirtualFileDevice)
+    half = bytes(1 << 24)
+    for name in ("a", "b", "a"):
+        device_.write_file(name, half)
+    with pytest.raises(FileRefusal, match=f"{FoeError.DISK_FULL:04X}"):
+        device_.write_file("c", b"x")
+    assert sorted(device_.files) == ["a", "b"]

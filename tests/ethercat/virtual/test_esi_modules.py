@@ -48,6 +48,25 @@ def test_each_module_is_at_its_slot(names: list[str]) -> None:
     assert slave.state is AlState.OP
 
 
+def test_start_commands_of_modules_are_at_their_slots() -> None:
+    commands = (
+        '<Mailbox><CoE><InitCmd><Transition>PS</Transition><Index DependOnSlot="1">#x8000</Index>'
+        "<SubIndex>1</SubIndex><Data>05</Data></InitCmd></CoE><SoE><InitCmd Chn="
+        '"1"><Transition>PS</Transition><IDN>32</IDN><Data>0b00</Data></InitCmd></SoE></Mailbox>'
+    )
+    body = MAILBOX + OUTPUTS + INPUTS + COE + '<SoE ChannelCount="2"/></Mailbox>' + SLOTS
+    modules = IN.replace("</Module>", commands + "</Module>") + OUT
+    box = read_esi(esi(device(body), modules=modules))[0]
+    slave = make_slave(box, modules=["OUT", "IN", "IN"])
+    made = slave.device
+    assert [each.index for each in made.esi.commands] == [0x8010, 0x8020]
+    bus_of(slave).up()
+    assert slave.state is AlState.OP
+    assert [made.read_object(index, 1) for index in (0x8010, 0x8020)] == [b"\5", b"\5"]
+    assert made.messages.parameters is not None
+    assert made.messages.parameters.value(32, 1) == b"\x0b\0"
+
+
 def test_slots_have_their_default_modules() -> None:
     assert equip(coupler()).idents == (0x22,)
     assert module_names(coupler()) == ["IN", "OUT"]

@@ -38,6 +38,18 @@ def test_assignment_changes_the_size(order: list[int]) -> None:
     assert box.read_object(0x1C13, 1) == order[0].to_bytes(2, "little")
 
 
+def test_pdo_beyond_the_assignments_is_a_pdo() -> None:
+    """A file may place it anywhere."""
+    text = ANALOG.replace("#x1A02", "#xE3EE")
+    box = VirtualDevice(read_esi(esi(text.replace('Fixed="1"', "")))[0])
+    box.enter(AlState.PREOP, 0, AlStatus.NO_ERROR)
+    box.write_object(0xE3EE, 0, b"\0")
+    box.write_object(0xE3EE, 0, b"\1")
+    box.write_object(0xE3EE, 0, b"\0")
+    box.write_object(0xE3EE, 1, (0x7000_0110).to_bytes(4, "little"))
+    assert refused(lambda: box.write_object(0xE3EE, 0, b"\1")) == AbortCode.NOT_MAPPABLE
+
+
 def test_mapping_takes_objects_of_its_direction() -> None:
     box = made()
     box.write_object(0x1A00, 0, b"\0")

@@ -4,12 +4,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from achse.codes import AlState
 from achse.ethercat.mailbox import MailboxError
 from achse.ethercat.master.esi_reader import EsiError, read_esi
 from achse.ethercat.master.soe_client import SoeClient, SoeElement, SoeRefusal
 from achse.ethercat.virtual import make_slave
 from achse.ethercat.virtual.sercos_parameters import SercosParameters
-from tests.ethercat.virtual.conftest import Served
+from tests.ethercat.virtual.conftest import CYCLE_NS, Served
 from tests.ethercat.virtual.esi_text import INPUTS, MAILBOX, OUTPUTS, device, esi, pdo
 
 DRIVE = (
@@ -77,10 +78,56 @@ def test_mapped_parameters_describe_themselves() -> None:
     for idn, element, number in (
         (36, SoeElement.NAME, 0x2004),
         (36, SoeElement.UNIT, 0x4004),
-        (24, SoeElement.VALUE, 0x7004),
+        (24, SoeElement.VALUE, 0x7008),
     ):
         with pytest.raises(SoeRefusal, match=f"0x{number:04X}"):
             ours.do(soe.write(idn, b"\0\0\0\0", element))
+
+
+START = (
+    '<SoE ChannelCount="2">'
+    '<InitCmd Chn="1"><Transition>PS</Transition><IDN>32</IDN><Data>0b00</Data></InitCmd>'
+    "<InitCmd><Transition>PS</Transition><Transition>SO</Transition><IDN>#x8001</IDN>"
+    "<Data>010203</Data></InitCmd>"
+    "<InitCmd><Transition>PS</Transition><IDN>1</IDN>"
+    '<Data AdaptAutomatically="1">d007</Data></InitCmd>'
+    "<InitCmd><Transition>PS</Transition><IDN>24</IDN>"
+    '<Data AdaptAutomatically="true">00000000</Data></InitCmd>'
+    "<InitCmd><Transition>PS</Transition><IDN>16</IDN><Data>020002003300</Data></InitCmd></SoE>"
+)
+
+
+def test_master_writes_the_start_commands_at_their_transitions() -> None:
+    ours = Served(START, more=DRIVE)
+    soe = SoeClient(ours.seen.mailbox)
+    parameters = ours.device.messages.parameters
+    assert parameters is not None
+
+    def go(state: AlState) -> None:
+        ours.master.request(state)
+        ours.until(lambda: ours.seen.state == state)
+
+    for idn, drive, size in ((32, 1, 2), (0x8001, 0, 3), (1, 0, 2)):
+        ours.do(soe.write(idn, bytes(size), drive=drive))
+    go(AlState.SAFEOP)
+    assert parameters.value(32, 1) == b"\x0b\0"
+    assert parameters.value(0x8001) == b"\1\2\3"
+    assert parameters.value(1) == (CYCLE_NS // 1000).to_bytes(2, "little")
+    ours.do(soe.write(32, bytes(2), drive=1))
+    ours.do(soe.write(0x8001, bytes(3)))
+    go(AlState.OP)
+    assert (parameters.value(32, 1), parameters.value(0x8001)) == (bytes(2), b"\1\2\3")
+    assert ours.seen.last_trouble == ""
+
+
+def test_a_refused_start_command_holds_the_slave() -> None:
+    """A list of IDNs that the mapping of the file is not."""
+    text = START.replace("020002003300", "020002003400")
+    ours = Served(text, more=DRIVE)
+    ours.master.request(AlState.OP)
+    ours.until(lambda: ours.seen.failed_command)
+    assert ours.seen.state == AlState.PREOP
+    assert "S-0-0016: SERCOS error 0x7008" in ours.seen.last_trouble
 
 
 @pytest.mark.parametrize(

@@ -16,6 +16,7 @@ from achse.ethercat.master.clocks import correct_offset, difference_of, start_sy
 from achse.ethercat.master.configuration import BusConfiguration, InitCommand
 from achse.ethercat.master.errors import BusError, SdoRefusal, StateRefusal
 from achse.ethercat.master.process_image import ProcessImage
+from achse.ethercat.master.soe_client import SoeRefusal
 from achse.ethercat.master.states import UPWARD, acknowledge, change_state
 from achse.ethercat.master.steps import Pause, Steps, now, read_number, write
 from achse.ethercat.registers import FMMU_BASE, SM_BASE, Register
@@ -88,7 +89,7 @@ class BringUp:
                 slave.last_trouble = ""
                 slave.failed_command = False
                 return
-            except SdoRefusal as refusal:
+            except (SdoRefusal, SoeRefusal) as refusal:
                 slave.failed_command = True
                 slave.last_trouble = str(refusal)
                 raise
@@ -198,12 +199,22 @@ class BringUp:
         for command in slave.configuration.commands:
             if command.transition == transition:
                 yield from self._command(slave, command)
+        yield from self._idn_commands(slave, transition)
 
     def _command(self, slave: BusSlave, command: InitCommand) -> Steps[None]:
         if slave.sdo is not None:
             yield from slave.sdo.download(
                 command.index, command.subindex, command.data, complete=command.complete
             )
+
+    def _idn_commands(self, slave: BusSlave, transition: str) -> Steps[None]:
+        if slave.soe is None:
+            return
+        configuration = slave.configuration
+        for command in configuration.idn_commands:
+            if command.transition == transition:
+                data = configuration.idn_data(command, self._bus.cycle_ns)
+                yield from slave.soe.write(command.idn, data, drive=command.drive)
 
     def _map(self, slave: BusSlave) -> Steps[None]:
         """Assignment off, entries, assignment on: the order that strict slaves ask for."""

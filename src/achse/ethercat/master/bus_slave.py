@@ -14,6 +14,7 @@ from achse.ethercat.master.eoe_client import EoeClient
 from achse.ethercat.master.mailbox_client import MailboxClient
 from achse.ethercat.master.process_image import EntryPlace, ProcessDatagram, entry_places
 from achse.ethercat.master.sdo_client import SdoClient
+from achse.ethercat.master.soe_client import SoeClient
 from achse.ethercat.master.voe_client import VoeClient
 
 PORTS = 4
@@ -123,6 +124,7 @@ class BusSlave:
         self.sdo: SdoClient | None = None
         self.aoe: AoeClient | None = None
         self.eoe: EoeClient | None = None
+        self.soe: SoeClient | None = None
         self.voe: VoeClient | None = None
         out, into, times = configuration.mailbox_out, configuration.mailbox_in, configuration.times
         if out is not None and into is not None:
@@ -137,6 +139,7 @@ class BusSlave:
             )
             self.aoe = AoeClient(self.mailbox)
             self.eoe = EoeClient(self.mailbox)
+            self.soe = SoeClient(self.mailbox)
             self.voe = VoeClient(self.mailbox)
             if configuration.coe:
                 self.sdo = SdoClient(self.mailbox)

@@ -6,6 +6,7 @@ the master compares the bus with it and brings the slaves up by it.
 Source: ETG.2000 for time-outs and defaults; ETG.1000.4 §6.6, §6.7.
 """
 
+import struct
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 
@@ -24,6 +25,10 @@ _NO_STATION = 0xFFFF
 _SPARE_STATIONS = 0xC000
 _OUTPUTS, _INPUTS = 2, 3
 _RX_PDO, _TX_PDO = 0x1600, 0x1A00
+_CYCLE_IDNS, _OUTPUT_IDNS = (1, 2), 24
+_LIST_IDNS = (16, _OUTPUT_IDNS)
+_WORD_IDNS = (134, 135)
+"""SERCOS control word and status word: they are always mapped."""
 
 
 @dataclass(frozen=True)
@@ -58,6 +63,21 @@ class InitCommand:
 
 
 @dataclass(frozen=True)
+class IdnCommand:
+    """A write to an IDN of a SERCOS drive (SoE) at a transition, as with `InitCommand`.
+
+    With `adapts` the master makes the data of those that it knows: `SlaveConfiguration.idn_data`.
+    """
+
+    idn: int
+    data: bytes
+    drive: int = 0
+    transition: str = "PS"
+    comment: str = ""
+    adapts: bool = False
+
+
+@dataclass(frozen=True)
 class ClockConfiguration:
     """Timing of the slave's SYNC signals.
 
@@ -69,6 +89,18 @@ class ClockConfiguration:
     cycle0_ns: int = 0
     cycle1_ns: int = 0
     shift_ns: int | None = None
+
+    def __post_init__(self) -> None:
+        """ValueError for what the registers of a clock do not hold."""
+        numbers = (
+            ("AssignActivate", self.assign_activate, 0xFFFF),
+            ("cycle of SYNC0", self.cycle0_ns, 0xFFFF_FFFF),
+            ("cycle of SYNC1", self.cycle1_ns, 0xFFFF_FFFF),
+            ("shift", abs(self.shift_ns or 0), 0xFFFF_FFFF),
+        )
+        for name, value, most in numbers:
+            if not 0 <= value <= most:
+                raise ValueError(f"{name}: expected 0 to {most}, got {value}")
 
 
 @dataclass(frozen=True)
@@ -113,6 +145,7 @@ class SlaveConfiguration:
     assign: bool = False
     configure: bool = False
     commands: tuple[InitCommand, ...] = ()
+    idn_commands: tuple[IdnCommand, ...] = ()
     clock: ClockConfiguration | None = None
     sync_unit: str = ""
     packed: bool = False
@@ -150,6 +183,27 @@ class SlaveConfiguration:
             if self.manager_of(pdo) == manager.number
             for entry in pdo.entries
         )
+
+    def idn_data(self, command: IdnCommand, cycle_ns: int) -> bytes:
+        """The data of a command in a bus with that cycle.
+
+        A command that adapts writes the cycle in µs to S-0-0001 and S-0-0002, and the IDNs that
+        are assigned to S-0-0016 (inputs) and S-0-0024 (outputs), without control and status word.
+        """
+        if command.adapts and command.idn in _CYCLE_IDNS:
+            size = len(command.data) or 2
+            return (cycle_ns // 1000).to_bytes(max(size, 4), "little")[:size]
+        if command.adapts and command.idn in _LIST_IDNS:
+            pdos = self.outputs if command.idn == _OUTPUT_IDNS else self.inputs
+            idns = [
+                entry.index
+                for pdo in pdos
+                for entry in pdo.entries
+                if entry.index and entry.index not in _WORD_IDNS
+            ]
+            size = 2 * len(idns)
+            return struct.pack(f"<{2 + len(idns)}H", size, size, *idns)
+        return command.data
 
     def manager_of(self, pdo: Pdo) -> int:
         """The number of the SyncManager that a PDO travels in."""

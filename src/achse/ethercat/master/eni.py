@@ -1,7 +1,8 @@
 """ENI files: a bus configuration as configurators write it, read and written.
 
-What is read: names, addresses, identities, process data with their PDOs, mailboxes, CoE start
-commands, clocks, the cycle time. Commands to registers are not executed: the master makes its own.
+What is read: names, addresses, identities, process data with their PDOs, mailboxes, start commands
+of CoE and SoE, clocks, the cycle time. Commands to registers are not executed: the master makes its
+own.
 
 Source: ETG.2100; published ENI files of several configurators.
 """
@@ -16,10 +17,12 @@ from achse.ethercat.master.configuration import (
     ASSIGN_SYNC0,
     BusConfiguration,
     ClockConfiguration,
+    IdnCommand,
     InitCommand,
     ProcessSyncManager,
     SlaveConfiguration,
 )
+from achse.ethercat.master.soe_client import SoeElement
 from achse.ethercat.master.xml_document import XmlRefusal, flag, number, parse_xml
 
 _MAILBOXES = 2
@@ -27,7 +30,7 @@ _MAILBOXES = 2
 _MAILBOX_OUT, _MAILBOX_IN = 0x26, 0x22
 _DIRECTION = 0x04
 """Bit of a SyncManager's control: the master writes."""
-_DOWNLOAD = 1
+_DOWNLOAD, _SOE_WRITE = 1, 3
 _TYPES = {
     1: "BOOL", 2: "SINT", 3: "INT", 4: "DINT", 5: "USINT", 6: "UINT", 7: "UDINT", 8: "REAL",
     0x11: "LREAL", 0x15: "LINT", 0x1B: "ULINT",
@@ -93,6 +96,7 @@ def _read_slave(name: str, element: Element) -> SlaveConfiguration:
         outputs=tuple(_pdos(process, "RxPdo")),
         inputs=tuple(_pdos(process, "TxPdo")),
         commands=tuple(_commands(coe)),
+        idn_commands=tuple(_idn_commands(element.find("Mailbox/SoE"))),
         clock=_clock(element.find("DC")),
         optional=optional,
         sync_unit=name if optional else "",  # a slave that is missing would spoil the others' data
@@ -157,6 +161,23 @@ def _commands(coe: Element | None) -> Iterator[InitCommand]:
             )
 
 
+def _idn_commands(soe: Element | None) -> Iterator[IdnCommand]:
+    """Writes to values of IDNs; a command for several transitions is one for each."""
+    for element in [] if soe is None else soe.findall("InitCmds/InitCmd"):
+        if number(element, "OpCode", _SOE_WRITE) != _SOE_WRITE or flag(element, "Disabled"):
+            continue
+        if number(element, "Elements", SoeElement.VALUE) != SoeElement.VALUE:
+            continue
+        for transition in element.findall("Transition"):
+            yield IdnCommand(
+                number(element, "IDN"),
+                bytes.fromhex(element.findtext("Data", "")),
+                number(element, "DriveNo"),
+                (transition.text or "").strip(),
+                element.findtext("Comment", ""),
+            )
+
+
 def _clock(element: Element | None) -> ClockConfiguration | None:
     if element is None or not (cycle0 := number(element, "CycleTime0", 0)):
         return None
@@ -176,14 +197,18 @@ def write_eni(bus: BusConfiguration) -> str:
     _text(info, "Source", "020000000000")
     _text(info, "EtherType", "a488")
     for position, (slave, station) in enumerate(zip(bus.slaves, bus.stations(), strict=True)):
-        _write_slave(ElementTree.SubElement(config, "Slave"), slave, station, position)
+        element = ElementTree.SubElement(config, "Slave")
+        _write_slave(element, slave, (station, position), bus.cycle_ns)
     cyclic = ElementTree.SubElement(config, "Cyclic")
     _text(cyclic, "CycleTime", bus.cycle_ns // 1000)
     ElementTree.indent(root)
     return ElementTree.tostring(root, encoding="unicode", xml_declaration=True) + "\n"
 
 
-def _write_slave(element: Element, slave: SlaveConfiguration, station: int, position: int) -> None:
+def _write_slave(
+    element: Element, slave: SlaveConfiguration, at: tuple[int, int], cycle_ns: int
+) -> None:
+    station, position = at
     info = ElementTree.SubElement(element, "Info")
     _text(info, "Name", slave.name)
     _text(info, "PhysAddr", station)
@@ -217,6 +242,8 @@ def _write_slave(element: Element, slave: SlaveConfiguration, station: int, posi
             _text(mailbox, "Protocol", name)
         if slave.coe:
             _write_commands(ElementTree.SubElement(mailbox, "CoE"), slave)
+        if slave.idn_commands:
+            _write_idn_commands(ElementTree.SubElement(mailbox, "SoE"), slave, cycle_ns)
     if slave.clock is not None:
         clock = ElementTree.SubElement(element, "DC")
         _text(clock, "CycleTime0", slave.clock.cycle0_ns)
@@ -257,6 +284,21 @@ def _write_commands(element: Element, slave: SlaveConfiguration) -> None:
         _text(each, "Index", command.index)
         _text(each, "SubIndex", command.subindex)
         _text(each, "Data", command.data.hex())
+
+
+def _write_idn_commands(element: Element, slave: SlaveConfiguration, cycle_ns: int) -> None:
+    commands = ElementTree.SubElement(element, "InitCmds")
+    for command in slave.idn_commands:
+        each = ElementTree.SubElement(commands, "InitCmd")
+        _text(each, "Transition", command.transition)
+        _text(each, "Comment", command.comment)
+        _text(each, "Timeout", 0)
+        _text(each, "OpCode", _SOE_WRITE)
+        _text(each, "DriveNo", command.drive)
+        _text(each, "IDN", command.idn)
+        _text(each, "Elements", int(SoeElement.VALUE))
+        _text(each, "Attribute", 0)
+        _text(each, "Data", slave.idn_data(command, cycle_ns).hex())
 
 
 def _text(parent: Element, tag: str, value: str | int) -> None:

@@ -14,6 +14,7 @@ from xml.etree.ElementTree import Element
 from achse.ethercat.description import MailboxBit, Pdo, PdoEntry, SyncManagerArea
 from achse.ethercat.master.configuration import (
     ClockConfiguration,
+    IdnCommand,
     InitCommand,
     ProcessSyncManager,
     SlaveConfiguration,
@@ -91,19 +92,25 @@ class EsiMode:
     description: str = ""
 
     def clock(self, cycle_ns: int) -> ClockConfiguration | None:
-        """The SYNC signals at that bus cycle, None for a mode without."""
+        """The SYNC signals at that bus cycle, None for a mode without.
+
+        Raises `EsiError` for times that a clock cannot have.
+        """
         if not self.assign_activate:
             return None
         cycle0 = self.cycle0.of(cycle_ns)
         base = cycle0 or cycle_ns
         # a factor of SYNC1 counts cycles of SYNC0; below 0 it divides that of the bus
         period = self.cycle1.of(base if self.cycle1.factor >= 0 else cycle_ns)
-        return ClockConfiguration(
-            self.assign_activate,
-            cycle0,
-            max(period - base, 0) + self.shift1_ns,
-            base // 2 + self.shift0_ns if self.shift0_ns else None,
-        )
+        try:
+            return ClockConfiguration(
+                self.assign_activate,
+                cycle0,
+                max(period - base, 0) + self.shift1_ns,
+                base // 2 + self.shift0_ns if self.shift0_ns else None,
+            )
+        except ValueError as fault:
+            raise EsiError(f"{self.name}: {fault}") from None
 
 
 @dataclass(frozen=True)
@@ -128,6 +135,7 @@ class EsiDevice:
     complete_access: bool = False
     mailbox_repeat: bool = False
     commands: tuple[InitCommand, ...] = ()
+    idn_commands: tuple[IdnCommand, ...] = ()
     modes: tuple[EsiMode, ...] = ()
     times: StateTimes = field(default=StateTimes())
     eeprom_size: int = 0
@@ -224,8 +232,8 @@ def _device(element: Element, type_name: str, identity: tuple[int, int, int]) ->
         *identity,
         group=element.findtext("GroupType", "").strip(),
         physics=element.get("Physics", ""),
-        fmmus=tuple((each.text or "").strip() for each in element.findall("Fmmu")),
-        sync_managers=tuple(_sync_manager(each) for each in element.findall("Sm")),
+        fmmus=tuple((each.text or "").strip() for each in _channels(element, "Fmmu")),
+        sync_managers=tuple(_sync_manager(each) for each in _channels(element, "Sm")),
         outputs=tuple(map(read_pdo, element.findall("RxPdo"))),
         inputs=tuple(map(read_pdo, element.findall("TxPdo"))),
         protocols=frozenset(
@@ -236,7 +244,8 @@ def _device(element: Element, type_name: str, identity: tuple[int, int, int]) ->
         pdo_configure=flag(coe, "PdoConfig"),
         complete_access=flag(coe, "CompleteAccess"),
         mailbox_repeat=flag(mailbox, "DataLinkLayer"),
-        commands=tuple(_commands(coe)),
+        commands=tuple(coe_commands(coe)),
+        idn_commands=tuple(idn_commands(element.find("Mailbox/SoE"))),
         modes=tuple(map(_mode, element.findall("Dc/OpMode"))),
         times=_times(element),
         eeprom_size=number(element, "Eeprom/ByteSize"),
@@ -244,6 +253,14 @@ def _device(element: Element, type_name: str, identity: tuple[int, int, int]) ->
         bootstrap=bytes.fromhex(element.findtext("Eeprom/BootStrap", "")),
         element=element,
     )
+
+
+def _channels(element: Element, tag: str) -> list[Element]:
+    """The channels of a controller, FMMUs or SyncManagers; ValueError for more than it can have."""
+    found = element.findall(tag)
+    if len(found) > _LAST_SYNC_MANAGER + 1:
+        raise ValueError(f"{tag}: expected at most {_LAST_SYNC_MANAGER + 1}, got {len(found)}")
+    return found
 
 
 def _name(element: Element) -> str:
@@ -306,7 +323,7 @@ def read_pdo(element: Element) -> EsiPdo:
     )
 
 
-def _commands(coe: Element | None) -> Iterator[InitCommand]:
+def coe_commands(coe: Element | None) -> Iterator[InitCommand]:
     """Downloads of the mailbox; a command for several transitions is one for each."""
     for element in [] if coe is None else coe.findall("InitCmd"):
         for transition in element.findall("Transition"):
@@ -317,6 +334,21 @@ def _commands(coe: Element | None) -> Iterator[InitCommand]:
                 (transition.text or "").strip(),
                 flag(element, "CompleteAccess"),
                 element.findtext("Comment", "").strip(),
+            )
+
+
+def idn_commands(soe: Element | None) -> Iterator[IdnCommand]:
+    """Writes to IDNs; a command for several transitions is one for each."""
+    for element in [] if soe is None else soe.findall("InitCmd"):
+        data = element.find("Data")
+        for transition in element.findall("Transition"):
+            yield IdnCommand(
+                _within(number(element, "IDN"), 0xFFFF, "SoE InitCmd IDN"),
+                bytes.fromhex(element.findtext("Data", "")),
+                _within(number_of(element.get("Chn", "0") or "0", "SoE InitCmd Chn"), 7, "Chn"),
+                (transition.text or "").strip(),
+                element.findtext("Comment", "").strip(),
+                flag(data, "AdaptAutomatically"),
             )
 
 
@@ -414,6 +446,7 @@ def from_esi(
         assign=coe and device.pdo_assign,
         configure=coe and device.pdo_assign and device.pdo_configure,
         commands=device.commands,
+        idn_commands=device.idn_commands,
         clock=None if chosen is None else chosen.clock(cycle_ns),
         times=device.times,
         type_name=device.type_name,
@@ -442,6 +475,7 @@ def described(
         slave,
         clock=slave.clock if mode is None else mode.clock(cycle_ns),
         commands=device.commands,
+        idn_commands=device.idn_commands,
         times=device.times,
         type_name=device.type_name,
         complete_access=slave.complete_access and device.complete_access,

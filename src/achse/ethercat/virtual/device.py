@@ -46,7 +46,8 @@ _CONFIGURED, _DETECTED = _DEVICE_AREA + 0x30, _DEVICE_AREA + 0x50
 """Idents of the modules in the slots."""
 _USES = ("MBoxOut", "MBoxIn", "Outputs", "Inputs")
 _LONGEST_FILE = 1 << 24
-_MOST_FILES = 64
+_MOST_FILES, _MOST_FILE_BYTES = 64, 1 << 25
+"""Files that a slave keeps, and the bytes of all of them: a master could write without end."""
 _Place = tuple[int, int]
 
 
@@ -432,7 +433,10 @@ class VirtualFileDevice(VirtualDevice):
             raise FileRefusal(FoeError.DISK_FULL, f"{_MOST_FILES} files at most")
 
     def write_file(self, name: str, data: bytes) -> None:
-        """Keep a file."""
+        """Keep a file, as long as all of them have room."""
+        others = sum(len(each) for other, each in self.files.items() if other != name)
+        if others + len(data) > _MOST_FILE_BYTES:
+            raise FileRefusal(FoeError.DISK_FULL, f"{_MOST_FILE_BYTES} bytes at most")
         self.files[name] = data
 
 

@@ -10,7 +10,13 @@ from itertools import islice
 from xml.etree.ElementTree import Element
 
 from achse.ethercat.dictionary import DictionaryObject
-from achse.ethercat.master.esi_reader import EsiDevice, EsiError, read_pdo
+from achse.ethercat.master.esi_reader import (
+    EsiDevice,
+    EsiError,
+    coe_commands,
+    idn_commands,
+    read_pdo,
+)
 from achse.ethercat.master.xml_document import flag, number_of
 from achse.ethercat.virtual.esi_dictionary import read_dictionary
 
@@ -55,11 +61,16 @@ def equip(device: EsiDevice, names: Sequence[str] = ()) -> EquippedDevice:
             for key in ("SlotPdoIncrement", "SlotIndexIncrement")
         ]
         outputs, inputs = list(device.outputs), list(device.inputs)
+        commands, idn_writes = list(device.commands), list(device.idn_commands)
         objects: dict[int, DictionaryObject] = {}
         for place, module in enumerate(chosen):
             moved = [place * step for step in steps]
             for tag, side in (("RxPdo", outputs), ("TxPdo", inputs)):
                 side += [read_pdo(_moved(each, *moved)) for each in module.findall(tag)]
+            coe = module.find("Mailbox/CoE")
+            if coe is not None:
+                commands += coe_commands(_moved(coe, *moved))
+            idn_writes += idn_commands(module.find("Mailbox/SoE"))
             for each in read_dictionary(iter(module.findall("Profile")), moved[1]):
                 objects.setdefault(each.index, each)
         idents = tuple(_ident(each) for each in chosen)
@@ -67,7 +78,13 @@ def equip(device: EsiDevice, names: Sequence[str] = ()) -> EquippedDevice:
         raise
     except ValueError as fault:
         raise EsiError(f"{device.type_name}: {fault}") from None
-    made = replace(device, outputs=tuple(outputs), inputs=tuple(inputs))
+    made = replace(
+        device,
+        outputs=tuple(outputs),
+        inputs=tuple(inputs),
+        commands=tuple(commands),
+        idn_commands=tuple(idn_writes),
+    )
     return EquippedDevice(made, idents, tuple(objects.values()))
 
 
@@ -104,10 +121,11 @@ def _default(device: EsiDevice, slots: Element) -> Iterator[Element]:
 
 
 def _moved(pdo: Element, pdo_step: int, index_step: int) -> Element:
-    """A PDO of a module as it is in its slot."""
+    """PDOs or start commands of a module as they are in its slot."""
     made = deepcopy(pdo)
     for path, step in (
         ("Index", pdo_step), ("Exclude", pdo_step), ("Entry/Index", index_step),
+        ("InitCmd/Index", index_step),
     ):  # fmt: skip
         for each in made.iterfind(path):
             if flag(each, "DependOnSlot"):

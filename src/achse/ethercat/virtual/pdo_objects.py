@@ -157,11 +157,11 @@ class PdoObjects:
 
     def _check(self, index: int, values: Sequence[int]) -> None:
         """Raise `SdoAbort` for a list that cannot be."""
-        if index < ASSIGNMENT:
+        output = self._managers.get(index - ASSIGNMENT)
+        if output is None:  # the list of a PDO, whose index the file may place anywhere
             for value in values:
                 self._check_entry(index, value)
             return
-        output = self._managers[index - ASSIGNMENT]
         for value in values:
             if value not in self._pdos or (value in self._outputs) != output:
                 raise SdoAbort(AbortCode.NOT_MAPPABLE, f"no PDO {value:04X} in this direction")

@@ -17,7 +17,7 @@ from achse.ethercat.description import PdoEntry
 from achse.ethercat.mailbox import MailboxError
 from achse.ethercat.master.esi_reader import EsiDevice
 from achse.ethercat.master.soe_client import SoeElement
-from achse.ethercat.master.xml_document import number, number_of
+from achse.ethercat.master.xml_document import number_of
 
 _HEAD = struct.Struct("<BBH")
 _READ, _READ_ANSWER, _WRITE, _WRITE_ANSWER = 1, 2, 3, 4
@@ -84,14 +84,11 @@ class SercosParameters:
         self._drives: list[dict[int, _Parameter]] = [
             dict(_mapped(device)) if "CoE" not in device.protocols else {} for _ in range(channels)
         ]
-        for command in () if element is None else element.iterfind("InitCmd"):
-            drive = number_of(command.get("Chn", "0") or "0", "SoE InitCmd Chn")
-            idn = number(command, "IDN")
-            data = bytes.fromhex(command.findtext("Data", ""))
-            if not 0 <= drive < channels or not 0 < idn <= 0xFFFF:
+        for command in device.idn_commands:
+            drive, idn = command.drive, command.idn
+            if not drive < channels or not idn:
                 raise ValueError(f"SoE InitCmd: no IDN {idn} of drive {drive}")
-            name = command.findtext("Comment", "").strip()
-            self._drives[drive].setdefault(idn, _Parameter(name, data))
+            self._drives[drive].setdefault(idn, _Parameter(command.comment, command.data))
 
     def open(self, room: int) -> None:
         """Begin again with replies of up to `room` bytes behind their mailbox header."""
@@ -170,7 +167,13 @@ class SercosParameters:
             codes = (code for each, code in _UNCHANGEABLE.items() if each & elements)
             return next(codes, _READ_ONLY)
         if not parameter.writable:
-            return _READ_ONLY
+            if not parameter.is_list:
+                return _READ_ONLY
+            return (
+                0
+                if value[_LIST_HEAD.size :] == parameter.value[_LIST_HEAD.size :]
+                else _INVALID_DATA
+            )
         if len(value) != len(parameter.value):
             return _TOO_SHORT if len(value) < len(parameter.value) else _TOO_LONG
         parameter.value = value
@@ -190,7 +193,11 @@ def _refusal(operation: int, drive: int, elements: int, idn: int, code: int) -> 
 
 
 def _mapped(device: EsiDevice) -> Iterator[tuple[int, _Parameter]]:
-    """The parameters that PDOs map, whose entries have the IDN as index, and their lists."""
+    """The parameters that PDOs map, whose entries have the IDN as index, and their lists.
+
+    A master may write the lists, as start commands do; the mapping is that of the file, so that a
+    list with other IDNs is refused.
+    """
     for which, pdos, always in (
         (_OUTPUT_LIST, device.outputs, _CONTROL_WORD),
         (_INPUT_LIST, device.inputs, _STATUS_WORD),
