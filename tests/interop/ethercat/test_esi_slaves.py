@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 
 from tests.ethercat.virtual.esi_text import ANALOG, COUPLER, DIGITAL_IN, DIGITAL_OUT, esi
+from tests.fuzz.bus_attacks import Attacker
 from tests.interop.ethercat.pysoem_suite_slaves import write_files
 
 OP = 8
@@ -44,6 +45,25 @@ def test_pysoem(line: Any, judge: Callable[[Path], int], witness: Callable[[str]
     assert found["counter"][0] == found["counter"][1]
     assert found["inputs"][3] == found["sent"][3] + "0000"
     assert judge(line.capture) > 100
+
+
+def test_pysoem_after_an_attack(line: Any, witness: Callable[[str], None], tmp_path: Path) -> None:
+    """What a hostile master and somebody with other protocols send harms no master after them."""
+    witness("pysoem")
+    attacker = Attacker(7, 4)
+    packets = [*attacker.frames(1500, lasting=False)]
+    for number, packet in enumerate(packets[::5]):
+        other = bytearray(packet)
+        other[12:14] = (b"\x08\x00", b"\x81\x00", b"\x00\x00", b"\x88\xa4")[number % 4]
+        packets.append(bytes(other[: 14 + number % 60]))
+    file = tmp_path / "frames"
+    file.write_bytes(b"".join(len(each).to_bytes(2, "little") + each for each in packets))
+    for _ in range(2):
+        sent = line.master("attack.py", file)
+        assert sent["sent"] == len(packets)
+        found = line.master("pysoem_esi.py")
+        assert found["states"] == [OP] * 4, found["codes"]
+        assert found["counter"][0] == found["counter"][1]
 
 
 @pytest.mark.skipif(not SUITE, reason="ACHSE_PYSOEM_TESTS names no folder")
