@@ -23,7 +23,7 @@ CABLE = (
 )
 
 
-REAL_TIME = ("chrt", "--fifo", "40")
+REAL_TIME, FIRST = ("chrt", "--fifo", "40"), ("chrt", "--fifo", "50")
 """Masters have time-outs of milliseconds, and other tests run on the same cores. The slaves run at
 their own, higher real-time priority."""
 
@@ -38,8 +38,8 @@ def _found(out: str) -> Any:
 class Bus:
     """A namespace with a cable; `slaves` runs at one end, `master` runs at the other.
 
-    `prompt` is the command that runs another in real time, empty where that is not allowed; `achse`
-    is the quick command.
+    `prompt` is the command that runs another in real time, empty where that is not allowed, and
+    `first` the one before it, for slaves; `achse` is the quick command.
     """
 
     def __init__(
@@ -48,6 +48,7 @@ class Bus:
         self._unshare = unshare
         self.achse = achse
         self._prompt = prompt
+        self.first = FIRST if prompt else ()
         self._holder: subprocess.Popen[str] | None = None
         self._recorder: subprocess.Popen[str] | None = None
         self.capture = tmp_path / "bus.pcap"

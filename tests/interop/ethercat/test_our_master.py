@@ -54,8 +54,8 @@ def test_coe_over_ads_is_what_sdo_gives_on_the_wire(
         assert low <= number <= high, f"{index:04X}:{subindex:02X}"
 
 
-def simulate(bus: Any, log: Path, *slaves: str) -> None:
-    """Let KickCAT's simulator be the slaves' side; skips where it is not."""
+def simulate(bus: Any, *slaves: str) -> None:
+    """Let KickCAT's simulator be the slaves' side, in real time as ours; skips where it is not."""
     if SIMULATOR is None:
         pytest.skip("KickCAT's network_simulator is not here (ACHSE_KICKCAT_SIMULATOR names it)")
     folder = Path(
@@ -64,15 +64,16 @@ def simulate(bus: Any, log: Path, *slaves: str) -> None:
     missing = [each for each in slaves if not (folder / each).exists()]
     if missing:
         pytest.skip(f"no {missing[0]} in {folder} (ACHSE_KICKCAT_SLAVES names its folder)")
-    bus.serve(
-        *("sh", "-c", 'cd "$1"; shift; log=$1; shift; echo ready; exec "$@" > "$log"', "sh"),
-        *(folder, log, SIMULATOR, "-i", "cable1", "-s", *slaves),
+    ready = bus.serve(
+        *("sh", "-c", 'cd "$1"; shift; exec "$@"', "sh", folder),
+        *(*bus.first, "stdbuf", "-oL", SIMULATOR, "-i", "cable1", "-s", *slaves),
     )
+    assert ready.startswith("Start EtherCAT network simulator"), ready
 
 
-def test_drives_of_kickcat_are_found_and_moved(bus: Any, tmp_path: Path) -> None:
+def test_drives_of_kickcat_are_found_and_moved(bus: Any) -> None:
     """Three of its simulated drives with motors: other registers, EEPROM, objects than ours."""
-    simulate(bus, tmp_path / "simulator.log", *["ecat402-drive.json"] * 3)
+    simulate(bus, *["ecat402-drive.json"] * 3)
     found = bus.master("achse_master.py", 300, 200)
     assert (found["count"], found["trouble"]) == (3, [""] * 3)
     assert found["identity"] == [[0x29C, 0x03B1_1002]] * 3
@@ -81,10 +82,10 @@ def test_drives_of_kickcat_are_found_and_moved(bus: Any, tmp_path: Path) -> None
     assert found["enabled"] == [0, 1, 2]
 
 
-def test_slaves_of_several_kinds_share_a_bus(bus: Any, tmp_path: Path) -> None:
+def test_slaves_of_several_kinds_share_a_bus(bus: Any) -> None:
     """Two of its slaves by their EEPROM images, whose objects tell the mapping, and a drive."""
     kinds = ("freedom-k64f.json", "xmc4800.json", "ecat402-drive.json")
-    simulate(bus, tmp_path / "simulator.log", *kinds)
+    simulate(bus, *kinds)
     found = bus.master("achse_master.py", 300, 200)
     assert (found["count"], found["trouble"]) == (3, [""] * 3)
     assert found["identity"] == [[0x79A, 0xDEFEDE], [0x1337, 0x4800], [0x29C, 0x03B1_1002]]
@@ -93,9 +94,9 @@ def test_slaves_of_several_kinds_share_a_bus(bus: Any, tmp_path: Path) -> None:
     assert found["moved"][0] > 1000
 
 
-def test_station_moves_unmodified_drives_of_kickcat(bus: Any, tmp_path: Path) -> None:
+def test_station_moves_unmodified_drives_of_kickcat(bus: Any) -> None:
     """They have neither bit 9 nor bit 10 nor bit 12 of 6041h; without the keys it says so."""
-    simulate(bus, tmp_path / "simulator.log", *["ecat402-drive.json"] * 2)
+    simulate(bus, *["ecat402-drive.json"] * 2)
     told = bus.master("achse_foreign_drives.py")
     assert all("bit 12 of 6041h is 0" in each for each in told), told
     positions = bus.master("achse_foreign_drives.py", "following_bit", "remote_bit", "reached_bit")
