@@ -8,7 +8,9 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from achse.codes import AlState
-from achse.ethercat import Datagram, DatagramCommand
+from achse.ethercat import Datagram, DatagramCommand, Loopback, Segment, Slave
+from achse.ethercat.registers import RESOURCES, ControllerResources
+from tests.ethercat.conftest import Master
 
 STATION = 0x1001
 
@@ -262,3 +264,73 @@ def test_a_clock_that_jumps_far_is_astray_until_it_is_back(
         cycle(master)
     assert not clock.astray
     assert clock.steady or abs(differences(master, 2)[1]) < 100
+
+
+DEEDS = st.tuples(
+    st.sampled_from(
+        ["cycle"] * 6 + ["jump", "offset", "drift", "delay", "time", "restart", "wait"]
+    ),
+    st.integers(0, 2),
+    st.integers(-(10**6), 10**6),
+)
+
+
+def do(master: Any, deed: str, number: int, value: int) -> None:
+    """Something that moves clock `number`, or a cycle."""
+    clock = master.segment.slaves[number].esc.clock
+    station = STATION + number
+    match deed:
+        case "cycle":
+            cycle(master)
+        case "jump":
+            clock.jump(value)
+        case "offset":
+            clock.offset_ns = value
+        case "drift":
+            clock.drift_ppb = value // 1000
+        case "delay":
+            master.write(0x0928, abs(value).to_bytes(4, "little"), station)
+        case "time":
+            master.write(0x0910, abs(value).to_bytes(8, "little"), station)
+        case "restart":
+            master.write(0x0930, b"\0\x10", station)
+        case "wait":
+            master.advance(abs(value) // 10**5)
+
+
+@settings(max_examples=40, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(deeds=st.lists(DEEDS, max_size=30))
+def test_clocks_in_step_are_not_compared_and_are_as_if_they_were(
+    line: Callable[..., Any], deeds: list[tuple[str, int, int]]
+) -> None:
+    masters = [line(3), line(3)]
+    for master in masters:
+        master.address()
+        configure(master, 3)
+        for station in range(STATION, STATION + 3):
+            master.write(0x0990, (10**18 + 10**9).to_bytes(8, "little"), station)
+            master.write(0x09A0, (10**6).to_bytes(4, "little"), station)
+            master.write(0x0981, b"\x03", station)
+    for deed, number, value in [("cycle", 0, 0)] * 3 + deeds + [("cycle", 0, 0)] * 2:
+        masters[1].segment._in_step = None  # compares always
+        for master in masters:
+            do(master, deed, number, value)
+        first, second = ([each.esc.clock for each in m.segment.slaves] for m in masters)
+        for one, other in zip(first, second, strict=True):
+            assert one._difference == other._difference
+            assert (one.sync0_due_ns, one.steady) == (other.sync0_due_ns, other.steady)
+    assert differences(masters[0], 3) == differences(masters[1], 3)
+
+
+def test_slave_without_clock_has_registers_of_zero() -> None:
+    without = ControllerResources(features=RESOURCES.features & ~(1 << 2))
+    segment = Segment([Slave(Loopback()), Slave(Loopback(), resources=without)])
+    master = Master(segment)
+    master.address()
+    master.advance(7)
+    reply = master.one(DatagramCommand.FRMW, STATION, 0x0910, bytes(8))
+    assert (reply.counter, master.number(0x0910, 8, STATION)) == (2, 7_000_300)
+    assert master.number(0x092C, 4, STATION + 1) == 0
+    assert master.number(0x0910, 8, STATION + 1) == 0
+    reply = master.one(DatagramCommand.FRMW, STATION + 1, 0x0910, b"\xff" * 8)
+    assert (reply.counter, reply.data) == (2, bytes(8))

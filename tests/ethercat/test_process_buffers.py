@@ -35,8 +35,8 @@ class Outputs(Loopback):
     def buffer_size(self, number: int) -> int:
         return (1, 2, 3)[number]
 
-    def write_buffer(self, number: int, data: bytes) -> None:
-        self.images[number] = data
+    def buffer_writer(self, number: int) -> Callable[[bytes], None]:
+        return lambda data: self.images.update({number: data})
 
     def buffer_reader(self, number: int) -> Callable[[], bytes]:
         return lambda: bytes((number, 0xAA, 0x55))

@@ -174,12 +174,23 @@ class BufferedApplication(Protocol):
         """Bytes of process data in SyncManager `number`; constant outside PreOp."""
         ...
 
-    def write_buffer(self, number: int, data: bytes) -> None:
-        """Outputs of SyncManager `number` came; called in Op only."""
+    def buffer_writer(self, number: int) -> Callable[[bytes], object]:
+        """The receiver of the outputs of SyncManager `number`, from SafeOp on until PreOp; called
+        in Op only."""
         ...
 
     def buffer_reader(self, number: int) -> Callable[[], bytes]:
         """The reader of the newest inputs of SyncManager `number`, from SafeOp on until PreOp."""
+        ...
+
+
+@runtime_checkable
+class QuietApplication(Protocol):
+    """An application that knows without a look at its messages that none waits for the master."""
+
+    @property
+    def is_quiet(self) -> bool:
+        """False if there may be an emergency, or a message that it sends by itself."""
         ...
 
 

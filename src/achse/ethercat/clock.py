@@ -33,12 +33,16 @@ _INTEGRAL = 64
 
 
 class Instant:
-    """The present true time, shared by all slaves of a segment."""
+    """The present true time, shared by all slaves of a segment.
 
-    __slots__ = ("now_ns",)
+    No slave has anything to do before `due_ns`. `changes` counts what changes the difference
+    between a clock and the reference, but for time itself.
+    """
+
+    __slots__ = ("changes", "due_ns", "now_ns")
 
     def __init__(self) -> None:
-        self.now_ns = 0
+        self.now_ns = self.due_ns = self.changes = 0
 
 
 class DistributedClock:
@@ -49,7 +53,7 @@ class DistributedClock:
 
     def __init__(self, memory: bytearray, time: Instant, reschedule: Callable[[], None]) -> None:
         self.time = time
-        self.offset_ns = 0
+        self._own_offset = 0
         self.jitter_ns = 0
         self.port_delays: tuple[int | None, ...] = (0, None, None, None)
         """Delays after which each port receives a frame that enters the segment now, ns."""
@@ -86,6 +90,16 @@ class DistributedClock:
     # local and system time
 
     @property
+    def offset_ns(self) -> int:
+        """By how much the local time is ahead of the true one at the start, ns."""
+        return self._own_offset
+
+    @offset_ns.setter
+    def offset_ns(self, value: int) -> None:
+        self._own_offset = value
+        self.time.changes += 1
+
+    @property
     def drift_ppb(self) -> int:
         """Drift of the local time, 10⁻⁹; above 0 it runs fast."""
         return self._drift_ppb
@@ -115,12 +129,12 @@ class DistributedClock:
         return self._drifted + (now_ns - self._drift_since) * self._drift_ppb // 10**9
 
     def local_time(self, now_ns: int) -> int:
-        return now_ns + self.offset_ns + self._drift(now_ns)
+        return now_ns + self._own_offset + self._drift(now_ns)
 
     def system_time(self, now_ns: int) -> int:
         """The local copy of the system time at a true time."""
         drift = self._drift(now_ns) if self._drift_ppb else self._drifted
-        return now_ns + self.offset_ns + drift + self._offset + self._correction & _U64
+        return now_ns + self._own_offset + drift + self._offset + self._correction & _U64
 
     def registers_written(self) -> None:
         """System time offset or delay is written: offset and delay of the system time."""
@@ -150,23 +164,38 @@ class DistributedClock:
         """The reference time passes by, as a write: compare, and steer the system time."""
         self.compare(int.from_bytes(data, "little"), 8 * len(data))
 
-    def compare(self, reference: int, bits: int = 64) -> None:
-        """The same with the lowest `bits` bits of the reference time as a number."""
+    def compare(self, reference: int, bits: int = 64) -> bool:
+        """The same with the lowest `bits` bits of the reference time as a number.
+
+        False if the next comparison is as this one unless `changes` of the time count on: there is
+        no difference, and the clock does not drift.
+        """
         difference = self.passing_time() - reference - self._delay & (1 << bits) - 1
         if difference >> bits - 1:
             difference -= 1 << bits
         self._difference = difference
         self._jumped = False
         if difference or self._rate:
+            self.time.changes += 1
             self._correction -= _clamped(difference // _PROPORTIONAL + self._rate)
             self._rate = _clamped(self._rate + difference // _INTEGRAL)
             self.astray = _ASTRAY * abs(difference) > self.cycle_ns > 0
             self._schedule()
+            return True
+        return self._drift_ppb != 0
 
     def restart_loop(self) -> None:
         """The speed counter start is written: the time loop forgets what it learned."""
         self._rate = self._difference = 0
         self.astray = False
+
+    def live_blocks(self) -> dict[int, Callable[[int, int], None]]:
+        """Blocks of 16 bytes of registers that are brought up to date before they are read."""
+        return {
+            Register.SYSTEM_TIME >> 4: lambda _, __: self.refresh_times(),
+            Register.SYSTEM_TIME_DIFFERENCE >> 4: lambda _, __: self.refresh_times(),
+            Register.START_TIME >> 4: lambda _, __: self.refresh_start(),
+        }
 
     def refresh_times(self) -> None:
         """Bring system time and its difference up to date."""
@@ -207,6 +236,7 @@ class DistributedClock:
 
     def _move(self) -> None:
         """The next event is at another time than it was."""
+        self.time.changes += 1
         self._schedule()
         self._reschedule()
 

@@ -46,6 +46,8 @@ rest."""
 _LOOP_CONTROL, _ALIAS_USE = _DL_CONTROL + 1, _DL_CONTROL + 3
 """Bytes of DL control: what the ports do, whether the alias is in use."""
 
+_CLOCK = 1 << 2  # of the features
+
 _ERROR, _ID_LOADED = 0x0010, 0x0020
 
 _Action: TypeAlias = "Callable[[Esc, int, int], None]"
@@ -98,6 +100,8 @@ class Esc:
         self.pdi_access = PdiAccess(self)
         self._alias = alias
         self._resources = resources
+        self.has_clock = bool(resources.features & _CLOCK)
+        """Without distributed clocks their registers are 0."""
         self.ram_end = RAM_BASE + 1024 * resources.ram_kib
         self._ram_base = RAM_BASE
         """First byte that SyncManagers guard."""
@@ -200,7 +204,8 @@ class Esc:
     def write(self, address: int, data: bytes | bytearray) -> bool:
         """Write `data` at `address`; False if nothing was written."""
         if address == _SYSTEM_TIME:
-            self.clock.feed(data[:8])
+            if self.has_clock:
+                self.clock.feed(data[:8])
             return True
         end = address + len(data)
         base = self._ram_base
@@ -409,10 +414,8 @@ class Esc:
         blocks: dict[int, Callable[[int, int], None]] = {
             Register.ECAT_EVENT_REQUEST >> 4: self._refresh_events,
             Register.AL_EVENT_REQUEST >> 4: self._refresh_events,
-            Register.SYSTEM_TIME >> 4: lambda _, __: self.clock.refresh_times(),
-            Register.SYSTEM_TIME_DIFFERENCE >> 4: lambda _, __: self.clock.refresh_times(),
-            Register.START_TIME >> 4: lambda _, __: self.clock.refresh_start(),
         }
+        blocks |= self.clock.live_blocks() if self.has_clock else {}
         for block in range(len(self.sync_managers) + 1 >> 1):
             blocks[(SM_BASE >> 4) + block] = self._refresh_sync_managers
         return blocks

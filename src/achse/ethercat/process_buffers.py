@@ -16,14 +16,15 @@ from achse.ethercat.syncmanager import SyncManager
 class ProcessBuffer(NamedTuple):
     """A SyncManager for process data and the application's end of it.
 
-    `reader` returns the reader of its inputs for the mapping of now.
+    `reader` and `writer` return the reader of its inputs and the receiver of its outputs for the
+    mapping of now.
     """
 
     number: int
     area: SyncManagerArea
     output: bool
     size: Callable[[], int]
-    write: Callable[[bytes], None]
+    writer: Callable[[], Callable[[bytes], object]]
     reader: Callable[[], Callable[[], bytes]]
 
     @property
@@ -34,14 +35,14 @@ class ProcessBuffer(NamedTuple):
     def resized(self, length: int) -> "ProcessBuffer":
         """The same for a SyncManager of another length, as hardware without a program has it: what
         is longer is cut, what is missing is 0."""
-        read = self.reader()
+        read, take = self.reader(), self.writer()
 
         def write(data: bytes) -> None:
             size = self.size()
-            self.write(data[:size].ljust(size, b"\0"))
+            take(data[:size].ljust(size, b"\0"))
 
         return self._replace(
-            write=write, reader=lambda: lambda: read()[:length].ljust(length, b"\0")
+            writer=lambda: write, reader=lambda: lambda: read()[:length].ljust(length, b"\0")
         )
 
 
@@ -57,14 +58,16 @@ def process_buffers(application: Application, memory: SlaveMemory) -> tuple[Proc
         output = use is SiiUse.OUTPUTS
         if isinstance(application, BufferedApplication):
             size: Callable[[], int] = partial(application.buffer_size, number)
-            write: Callable[[bytes], None] = partial(application.write_buffer, number)
+            writer: Callable[[], Callable[[bytes], object]] = partial(
+                application.buffer_writer, number
+            )
             reader: Callable[[], Callable[[], bytes]] = partial(application.buffer_reader, number)
         elif any(each.output == output for each in made):
             continue
         else:
             size = partial(_size, application, output)
-            write, reader = application.write_outputs, partial(_reader, application)
-        made.append(ProcessBuffer(number, area, output, size, write, reader))
+            writer, reader = partial(_writer, application), partial(_reader, application)
+        made.append(ProcessBuffer(number, area, output, size, writer, reader))
     return tuple(made)
 
 
@@ -81,6 +84,10 @@ def exchange_buffers(
         elif size and manager.source is not None:
             inputs += manager.source()
     return inputs
+
+
+def _writer(application: Application) -> Callable[[bytes], None]:
+    return application.write_outputs
 
 
 def _reader(application: Application) -> Callable[[], bytes]:

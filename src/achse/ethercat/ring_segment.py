@@ -13,7 +13,7 @@ from achse.ethercat.frame import payload_offset
 from achse.ethercat.frame_plan import FramePlan
 from achse.ethercat.logical import Plan
 from achse.ethercat.registers import Register
-from achse.ethercat.segment import HOP_NS, Segment
+from achse.ethercat.segment import HOP_NS, Segment, clocked_of
 from achse.ethercat.slave import Slave
 
 _OUT = 1
@@ -41,6 +41,8 @@ class RingSegment(Segment):
         self._far_plans: dict[tuple[int, int, int], Plan] = {}
         self._far_frame_plans: dict[tuple[int, int], FramePlan] = {}
         self._far_stations: dict[int, list[Slave]] = {}
+        self._far_clocked: list[Slave] = []
+        self._far_in_step: tuple[int, int, int] | None = None
         super().__init__(slaves, cycle_ns=cycle_ns, hop_ns=hop_ns)
 
     @property
@@ -126,6 +128,8 @@ class RingSegment(Segment):
         self._plans, self._far_plans = self._far_plans, self._plans
         self._frame_plans, self._far_frame_plans = self._far_frame_plans, self._frame_plans
         self._stations, self._far_stations = self._far_stations, self._stations
+        self._clocked, self._far_clocked = self._far_clocked, self._clocked
+        self._in_step, self._far_in_step = self._far_in_step, self._in_step
 
     def _remapped(self) -> None:
         super()._remapped()
@@ -154,6 +158,8 @@ class RingSegment(Segment):
         far = places[cuts[-1] :] if cuts and self._returns else []
         self._order = [place.slave for place in near]
         self._far = [place.slave for place in far]
+        self._clocked, self._far_clocked = clocked_of(self._order), clocked_of(self._far)
+        self._in_step = self._far_in_step = None
         self._endless = False
         hop = self.hop_ns
         begin = hop

@@ -43,6 +43,7 @@ _PORT_ORDER = (3, 1, 2)
 """Order in which a frame leaves a slave after it came in by port 0."""
 
 _FIRST_PORT = 1
+_NEVER = 1 << 62
 _SYSTEM_TIME = int(Register.SYSTEM_TIME)
 """A number, since it is asked for with each datagram."""
 _MAX_PLANS = 256
@@ -117,6 +118,10 @@ class Segment:
         self._stations: dict[int, list[Slave]] = {}
         self._irq = 0
         self._endless = False
+        self._clocked: list[Slave] = []
+        """The slaves with distributed clocks, in processing order."""
+        self._in_step: tuple[int, int, int] | None = None
+        """Changes, lead of the reference time, bits, with which no clock differed at last."""
         self.extend(slaves)
 
     # topology
@@ -215,8 +220,10 @@ class Segment:
         """Find the processing order, the state of each port, and when a frame passes it."""
         self._order = []
         self._endless = False
+        self._in_step = None
         if self._places and self._places[0].whole:
             self._visit(self._places[0], self.hop_ns)
+        self._clocked = clocked_of(self._order)
         reached = {id(slave) for slave in self._order}
         for place in self._places:
             if id(place.slave) not in reached:
@@ -290,9 +297,14 @@ class Segment:
     def advance(self, now_ns: int) -> None:
         """Let time pass up to `now_ns`; never back."""
         time = self.time
-        for slave in self._slaves:
-            if slave.due_ns <= now_ns:
-                slave.advance(now_ns)
+        if time.due_ns <= now_ns:
+            time.due_ns = due_ns = _NEVER
+            for slave in self._slaves:
+                if slave.due_ns <= now_ns:
+                    slave.advance(now_ns)
+                if slave.due_ns < due_ns:
+                    due_ns = slave.due_ns
+            time.due_ns = min(time.due_ns, due_ns)
         time.now_ns = max(time.now_ns, now_ns)
 
     # frames
@@ -522,15 +534,31 @@ class Segment:
     def _pass_time(
         self, addressed: Sequence[Slave], buffer: bytearray, begin: int, end: int
     ) -> int:
-        """The reference clock's time goes to all others (ARMW, FRMW to 0x0910, every cycle)."""
-        time = int.from_bytes(buffer[begin : min(end, begin + 8)], "little")
-        bits = 8 * min(end - begin, 8)
-        for slave in self._order:
+        """The reference clock's time goes to all others (ARMW, FRMW to 0x0910, every cycle).
+
+        While no clock differs from it or drifts, nothing is compared.
+        """
+        clocked, place = self._clocked, slice(begin, min(end, begin + 8))
+        bits = 8 * (place.stop - begin)
+        if self._in_step is not None and [*addressed] == clocked[:1]:
+            _read(clocked[0], buffer, _SYSTEM_TIME, begin, end)
+            lead = int.from_bytes(buffer[place], "little") - self.time.now_ns
+            if self._in_step == (self.time.changes, lead, bits):
+                return len(self._order)
+        for slave in addressed:
+            if not slave.esc.has_clock:
+                _read(slave, buffer, _SYSTEM_TIME, begin, end)
+        time = int.from_bytes(buffer[place], "little")
+        differs = False
+        for slave in clocked:
             if slave in addressed:
                 _read(slave, buffer, _SYSTEM_TIME, begin, end)
-                time = int.from_bytes(buffer[begin : min(end, begin + 8)], "little")
-            else:
-                slave.esc.clock.compare(time, bits)
+                time = int.from_bytes(buffer[place], "little")
+            elif slave.esc.clock.compare(time, bits):
+                differs = True
+        self._in_step = None
+        if not differs and [*addressed] == clocked[:1]:
+            self._in_step = self.time.changes, time - self.time.now_ns, bits
         return len(self._order)
 
     def _disturb(
@@ -546,6 +574,11 @@ class Segment:
             self.counters.lost += 1
             return None
         return buffer
+
+
+def clocked_of(slaves: Iterable[Slave]) -> list[Slave]:
+    """The slaves that have distributed clocks."""
+    return [slave for slave in slaves if slave.esc.has_clock]
 
 
 def _read(

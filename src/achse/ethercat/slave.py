@@ -7,7 +7,12 @@ from collections.abc import Callable, Mapping
 from functools import partial
 
 from achse.codes import AlState, AlStatus, ErrorLight
-from achse.ethercat.application import Application, FileApplication, MessagingApplication
+from achse.ethercat.application import (
+    Application,
+    FileApplication,
+    MessagingApplication,
+    QuietApplication,
+)
 from achse.ethercat.clock import Instant
 from achse.ethercat.coe import CoeServer
 from achse.ethercat.description import (
@@ -40,7 +45,6 @@ _STATE = 0x0F
 _ACKNOWLEDGE = 0x10
 _IDENTIFICATION = 0x20
 
-_MODE_AND_DIRECTION = 0x0F
 _EMULATION = 0x01
 """Bit of the ESC configuration: no program behind the controller, which takes over each state."""
 _STATES = {int(state): state for state in AlState}
@@ -95,6 +99,7 @@ class Slave:
         self._pending_request: int | None = None
         self._coe = CoeServer(application)
         self._messaging = application if isinstance(application, MessagingApplication) else None
+        self._quiet = application if isinstance(application, QuietApplication) else None
         own = {} if self._messaging is None else self._messaging.services
         services = {**own, MailboxProtocol.COE: self._coe.answer} if coe else dict(own)
         self._foe = FoeServer(application) if isinstance(application, FileApplication) else None
@@ -115,8 +120,8 @@ class Slave:
         """Time at which `advance` has something to do."""
         image = sii or build_sii(describe(application, layout))
         self.esc = Esc(self, image, resources=resources, alias=alias)
-        self._sinks = {each.number: self._operating(each) for each in self._output_buffers}
         self._time = self.esc.time
+        self._sinks = {each.number: self._operating(each) for each in self._output_buffers}
         self.esc.power_up()
 
     # the lights
@@ -251,13 +256,11 @@ class Slave:
         for buffer in self.buffers:
             number = buffer.number
             sync_manager = esc.sync_managers[number]
-            sink = self._sinks.get(number)
             if self._emulated and sync_manager.length != buffer.size():
                 buffer = buffer.resized(sync_manager.length)
-                sink = self._operating(buffer)
             if buffer.output:
-                preview = partial(self._preview, number)
-                sync_manager.sink = sink if operating else preview
+                sink = self._sinks[number] = self._operating(buffer)
+                sync_manager.sink = sink if operating else partial(self._preview, number)
             else:
                 sync_manager.source = buffer.reader()
             esc.lock(number, closed)
@@ -282,7 +285,7 @@ class Slave:
         for number, area in ((self._mailbox_out, out), (self._mailbox_in, into)):
             sync_manager = self.esc.sync_managers[number]
             if not (
-                _fits(sync_manager, area)
+                sync_manager.is_like(area.control)
                 and sync_manager.enabled
                 and sync_manager.start == area.start
                 and min(_LEAST_MAILBOX, area.length) <= sync_manager.length <= area.length
@@ -316,7 +319,7 @@ class Slave:
         """Return True if mode and direction are right, three buffers fit into memory, no mailbox is
         overlaid."""
         return (
-            _fits(sync_manager, area)
+            sync_manager.is_like(area.control)
             and sync_manager.start >= min(area.start, RAM_BASE)
             and sync_manager.start >= DIGITAL_OUTPUTS
             and sync_manager.start + 3 * sync_manager.length <= self.esc.ram_end
@@ -360,7 +363,7 @@ class Slave:
 
     def _operating(self, buffer: ProcessBuffer) -> Callable[[bytes], None]:
         """The receiver of outputs in Op."""
-        write = buffer.write
+        write = buffer.writer()
 
         def operate(data: bytes) -> None:
             self._fed_ns = self._time.now_ns
@@ -388,7 +391,9 @@ class Slave:
     def looked_at(self, number: int) -> None:
         """The master looks for a message: an emergency may have come up (`Pdi`)."""
         if number == self._mailbox_in:
-            self._serve()
+            quiet = self._quiet is not None and self._quiet.is_quiet
+            if not quiet or self._message is not None or self._mailbox.waiting:
+                self._serve()
 
     def _serve(self) -> None:
         """Answer the message that waits, once all before it has been read; fill the mailbox."""
@@ -548,6 +553,7 @@ class Slave:
             if self._timer_due == _NEVER:
                 self._timer_due = self._time.now_ns + self._local_cycle_ns
         self.due_ns = min(self._timer_due, self._sync0_due)
+        self._time.due_ns = min(self._time.due_ns, self.due_ns)
         self._patience_ns = _NEVER
         if self._opening:
             self._patience_ns = _OUTPUTS_WITHIN_NS
@@ -557,7 +563,7 @@ class Slave:
     def _switch_off(self) -> None:
         """The watchdog of a controller without a program: outputs are off until the next ones."""
         for buffer in self._output_buffers:
-            buffer.write(bytes(buffer.size()))
+            buffer.writer()(bytes(buffer.size()))
             self.esc.sync_managers[buffer.number].sink = partial(self._switch_on, buffer.number)
         self._patience_ns = _NEVER
         self.esc.remapped()
@@ -583,11 +589,6 @@ class Slave:
         else:
             self._opening = False
             self._settle(self.state, AlStatus.WATCHDOG)
-
-
-def _fits(sync_manager: SyncManager, area: SyncManagerArea) -> bool:
-    """Return True if mode and direction are as described."""
-    return sync_manager.control & _MODE_AND_DIRECTION == area.control & _MODE_AND_DIRECTION
 
 
 _CHECKS: Mapping[Transition, Callable[[Slave], AlStatus]] = {

@@ -8,6 +8,7 @@ Source: ETG.1000.4 §6.7, table 59.
 
 from collections.abc import Callable
 
+_MODE_AND_DIRECTION = 0x0F
 _ENABLE = 0x01
 _REPEAT = 0x02
 _WRITE_EVENT = 0x01
@@ -99,6 +100,10 @@ class SyncManager:
     def works(self) -> bool:
         """True if master and application both enable it."""
         return self.guards and not self.locked
+
+    def is_like(self, control: int) -> bool:
+        """Return True if mode and direction are those of another control byte."""
+        return not (self.control ^ control) & _MODE_AND_DIRECTION
 
     @property
     def triggers_watchdog(self) -> bool:

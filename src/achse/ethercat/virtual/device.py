@@ -308,12 +308,13 @@ class VirtualDevice:
         """Bytes in a SyncManager."""
         return self._images()[number].size
 
-    def write_buffer(self, number: int, data: bytes) -> None:
-        """Outputs of a SyncManager."""
-        self._images()[number].data = data
+    def buffer_writer(self, number: int) -> Callable[[bytes], object]:
+        """Receiver of the outputs of a SyncManager; lines have a thousand slaves, so it is
+        short."""
+        return partial(setattr, self._images()[number], "data")
 
     def buffer_reader(self, number: int) -> Callable[[], bytes]:
-        """Reader of the inputs of a SyncManager; lines have a thousand slaves, so it is short."""
+        """Reader of the inputs of a SyncManager, short as well."""
         return partial(getattr, self._images()[number], "data")
 
     def all_outputs(self) -> bytes:
@@ -402,6 +403,12 @@ class VirtualDevice:
         if self.messages.network is None:
             raise ValueError(f"{self.name} has no EoE")
         self.messages.network.send(frame)
+
+    @property
+    def is_quiet(self) -> bool:
+        """True if neither an emergency nor a frame waits for the master."""
+        network = self.messages.network
+        return not (self.emergencies or (network is not None and network.waiting))
 
     def take_emergency(self) -> bytes | None:
         """The oldest of `emergencies`."""
