@@ -101,7 +101,7 @@ def test_a_written_eeprom_is_told_by_a_scan(many: Callable[[int], int]) -> None:
         ring = Ring(master, line.segment)
         job = master.run(scan_bus())
         for _ in range(PATIENCE):
-            if job.done:
+            if job.is_done:
                 break
             ring.exchange(line.segment.time.now_ns + CYCLE_NS)
         with suppress(BusError):

@@ -226,7 +226,7 @@ class Road:
         if not self.ended:
             self.ended = True
             self._unread.clear()
-            if not self._left:
+            if not self._is_abandoned:
                 self._client.lost()
 
     # under way ----------------------------------------------------------------------------------
