@@ -195,7 +195,7 @@ def used() -> dict[str, set[str]]:
     return {}
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture
 def mill(serve_pages: Any, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
     """A station with a cam table and a channel."""
     folder = tmp_path_factory.mktemp("mill")
@@ -205,7 +205,7 @@ def mill(serve_pages: Any, tmp_path_factory: pytest.TempPathFactory) -> Iterator
         yield running
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture
 def drives(serve_pages: Any) -> Iterator[Any]:
     """A station with drives on a bus."""
     with serve_pages(str(EXAMPLES / "drives" / "station.toml")) as running:
