@@ -208,5 +208,8 @@ def _counted(content: bytes) -> bytes:
 
 
 def _characters(content: bytes) -> str:
-    text = "".join(f"\\{byte:02X}" for byte in content)
+    text = "".join(map(_ESCAPED.__getitem__, content))
     return f'[{len(content)} x i8] c"{text}"'
+
+
+_ESCAPED = [f"\\{byte:02X}" for byte in range(256)]
