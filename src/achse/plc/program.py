@@ -252,8 +252,9 @@ def _annotations(cls: type) -> Iterator[tuple[str, type | str]]:
 def _is_spared(variable: Variable[Any, Any]) -> bool:
     """Return True if a reset does not touch the variable: RETAIN, PERSISTENT or attribute
     `no_init`."""
-    left_alone = any(name.lower() in ("no_init", "noinit") for name in variable.attributes)
-    return variable.retain or variable.persistent or left_alone
+    if variable.retain or variable.persistent or not variable.attributes:
+        return variable.retain or variable.persistent
+    return any(name.lower() in ("no_init", "noinit") for name in variable.attributes)
 
 
 def _remanent_parts(type: IecType[Any], offset: int = 0) -> Iterator[tuple[int, int]]:

@@ -232,27 +232,43 @@ def all_variables(plc: "PlcRuntime") -> list[PlacedVariable]:
 
 def retained_parts(plc: "PlcRuntime") -> Iterator[RetainedPart]:
     """Yield all that is RETAIN or PERSISTENT."""
+    walk = _RetainedWalk()
     for placed in all_variables(plc):
         variable = placed.variable
-        yield from _parts(variable, placed.name, placed.area, placed.offset, placed.bit)
+        yield from walk.parts(variable, placed.name, placed.area, placed.offset, placed.bit)
 
 
-def _parts(
-    variable: Variable[Any, Any], name: str, area: Area, offset: int, bit: int | None
-) -> Iterator[RetainedPart]:
-    if variable.retain or variable.persistent:
-        yield RetainedPart(name, area, variable.type, offset, bit)
-    else:
-        yield from _inside(variable.type, name, area, offset)
+class _RetainedWalk:
+    """Goes through variables; types in which nothing is kept are looked at once."""
 
+    def __init__(self) -> None:
+        self._empty: set[int] = set()
 
-def _inside(type: IecType[Any], name: str, area: Area, offset: int) -> Iterator[RetainedPart]:
-    type = resolved(type)
-    if isinstance(type, StructType):
-        for member in type.fields:
-            place = offset + member.offset
-            yield from _parts(member, f"{name}.{member.name}", area, place, member.bit)
-    elif isinstance(type, ArrayType) and any(_inside(type.element, "", area, 0)):
-        for number in range(type.count):
-            place = offset + number * type.element.size
-            yield from _inside(type.element, f"{name}[{number}]", area, place)
+    def parts(
+        self, variable: Variable[Any, Any], name: str, area: Area, offset: int, bit: int | None
+    ) -> Iterator[RetainedPart]:
+        if variable.retain or variable.persistent:
+            yield RetainedPart(name, area, variable.type, offset, bit)
+        else:
+            yield from self._inside(variable.type, name, area, offset)
+
+    def _inside(
+        self, type: IecType[Any], name: str, area: Area, offset: int
+    ) -> Iterator[RetainedPart]:
+        type = resolved(type)
+        if not isinstance(type, StructType | ArrayType) or id(type) in self._empty:
+            return
+        found = False
+        if isinstance(type, StructType):
+            for member in type.fields:
+                at = offset + member.offset
+                for part in self.parts(member, f"{name}.{member.name}", area, at, member.bit):
+                    found = True
+                    yield part
+        elif any(self._inside(type.element, "", area, 0)):
+            found = True
+            for number in range(type.count):
+                at = offset + number * type.element.size
+                yield from self._inside(type.element, f"{name}[{number}]", area, at)
+        if not found:
+            self._empty.add(id(type))

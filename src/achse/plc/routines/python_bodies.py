@@ -30,6 +30,7 @@ def python_bodies(project: TypedProject, record_at: RecordAt) -> Mapping[str, Ca
 
 def _replaced(project: TypedProject) -> Iterator[tuple[Routine, StructType[Any], str]]:
     """Yield each routine whose source is replaced, its block and the attribute that replaces it."""
+    known: dict[type[Record], Mapping[str, str]] = {}
     for routine in project.routines.values():
         this = routine.this
         if this is None or this.kind is not RecordKind.FUNCTION_BLOCK:
@@ -37,7 +38,9 @@ def _replaced(project: TypedProject) -> Iterator[tuple[Routine, StructType[Any],
         if routine.kind not in (RoutineKind.BODY, RoutineKind.METHOD):
             continue
         name = "cycle" if routine.kind is RoutineKind.BODY else routine.name.rpartition(".")[2]
-        attribute = python_attribute(this.record, name)
+        if (attributes := known.get(this.record)) is None:
+            attributes = known[this.record] = _attributes(this.record)
+        attribute = attributes.get(_key(name))
         if attribute is not None and callable(getattr(this.record, attribute)):
             yield routine, this, attribute
 
@@ -79,8 +82,18 @@ def _taken(variable: Variable[Any, Any], value: Any) -> Any:
 
 def python_attribute(record: type[Record], name: str) -> str | None:
     """The attribute of a record's Python class that does what a method, GET or SET does."""
-    wanted = name.lower().removeprefix("__get").removeprefix("__set")
+    wanted = _key(name)
     for attribute in dir(record):
         if attribute.lower() == wanted and not record.__iec__.has_member(attribute):
             return attribute
     return None
+
+
+def _key(name: str) -> str:
+    return name.lower().removeprefix("__get").removeprefix("__set")
+
+
+def _attributes(record: type[Record]) -> Mapping[str, str]:
+    """The attributes that are no members, by their names in lower case; of equal ones the first."""
+    has_member = record.__iec__.has_member
+    return {name.lower(): name for name in reversed(dir(record)) if not has_member(name)}
