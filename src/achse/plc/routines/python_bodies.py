@@ -94,6 +94,6 @@ def _key(name: str) -> str:
 
 
 def _attributes(record: type[Record]) -> Mapping[str, str]:
-    """The attributes that are no members, by their names in lower case; of equal ones the first."""
+    """Attributes apart from members, by the name in lower case; of equal names the first."""
     has_member = record.__iec__.has_member
     return {name.lower(): name for name in reversed(dir(record)) if not has_member(name)}
