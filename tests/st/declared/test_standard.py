@@ -21,6 +21,7 @@ from achse.st.syntax.parser import Parsed, parse
 def parsed_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[list[str]]:
     """Library files in the order they are parsed, from an empty cache on: those of two folders."""
     paths: list[str] = []
+    kept = library_files()
 
     def noted(source: Source, **options: Any) -> Parsed:
         paths.append(source.path)
@@ -28,7 +29,6 @@ def parsed_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[li
 
     monkeypatch.setattr("achse.st.declared.standard.parse", noted)
     monkeypatch.setenv("ACHSE_CACHE_DIR", str(tmp_path / "cache"))
-    kept = library_files()
     few = [
         each for each in libraries.sources() if each[0].startswith(("language/", "tc2_standard"))
     ]
