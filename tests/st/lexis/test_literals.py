@@ -32,6 +32,8 @@ from achse.st.lexis.literals import literal_value, malformed, whole_number
         ("T#1s500ms", "TIME", 1500),
         ("TIME#1d", "TIME", 86_400_000),
         ("T#1.5s", "TIME", 1500),
+        ("TIME#0.2ms", "TIME", 0),
+        ("T#1s2.9MS", "TIME", 1002),
         ("LT#1us", "LTIME", 1000),
         ("LTIME#1h2ns", "LTIME", 3_600_000_000_002),
         ("D#1970-01-02", "DATE", 86_400),
@@ -65,6 +67,7 @@ def test_values_of_enumerations() -> None:
 @pytest.mark.parametrize(
     "text",
     ["INT#40000", "BYTE#-1", "INT#1.5", "INT#", "BOOL#x", "T#", "T#5", "T#5x", "T#-5s", "T#100us",
+     "T#0.5us", "T#1.2.3ms",
      "D#2024-02-30", "D#24-1-1", "TOD#24:00", "STRING#\"x\"", "WSTRING#'x'", "E#1.5.2",
      "1_", "16#G", "2#2", "3#1", "1.5.2", "INT#9" + "9" * 200, "REAL#1E99"],
 )  # fmt: skip

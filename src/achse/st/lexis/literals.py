@@ -13,7 +13,7 @@ from achse.iec.errors import IecValueError
 from achse.iec.literals import parse_value
 from achse.iec.names import ELEMENTARY
 from achse.iec.strings import STRING, WSTRING, StringType
-from achse.iec.times import DATE_AND_TIME, DT, TimeType
+from achse.iec.times import DATE_AND_TIME, DT, LTIME, TIME, TimeType
 from achse.iec.types import IecType
 
 _TYPES: dict[str, IecType[Any]] = {
@@ -27,6 +27,8 @@ _TYPES: dict[str, IecType[Any]] = {
 }
 _OF_WHOLE_SECONDS = (DT, DATE_AND_TIME)
 """Their literals may have a fraction of a second, which is dropped."""
+_FRACTION = re.compile(r"\.[0-9_]+ms$", re.IGNORECASE)
+"""End of a literal of TIME whose fraction of a millisecond is dropped: `T#0.2ms`."""
 _DIGITS = {
     2: re.compile(r"[01]+(?:_+[01]+)*"),
     8: re.compile(r"[0-7]+(?:_+[0-7]+)*"),
@@ -87,6 +89,9 @@ def literal_value(text: str) -> LiteralValue:
             raise type.reject(text, "a unit after the number, like T#5ms")
         if type in _OF_WHOLE_SECONDS:
             rest = rest.partition(".")[0]
+        if type is TIME and _FRACTION.search(rest):
+            exact = LTIME.count(parse_value(LTIME, f"LTIME#{rest}"))
+            rest = f"{exact // 1_000_000}ms"
         return LiteralValue(type, type.count(parse_value(type, f"{type.name}#{rest}")))
     value = _signed(rest)
     if isinstance(type, RealType):
