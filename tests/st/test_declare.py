@@ -390,21 +390,6 @@ VAR_CONFIG P.a AT %IX4.1 : BOOL; END_VAR"""
     assert "VAR_CONFIG reaches" in messages(text.replace("P.a", "P.f.a"))[0]
 
 
-def test_addresses_of_global_variables_from_var_config() -> None:
-    text = """
-VAR_GLOBAL a AT %I* : BOOL; b AT %Q* : BOOL; END_VAR
-PROGRAM P VAR a AT %I* : BOOL; END_VAR END_PROGRAM
-VAR_CONFIG .a AT %IX4.1 : BOOL; .b AT %QX2.0 : BOOL; END_VAR"""
-    found = declared(text)
-    (unit,) = found.globals.values()
-    assert [str(item.address) for item in unit.__iec__.members] == ["%IX4.1", "%QX2.0"]
-    assert str(found.programs["p"].__iec__.members[0].address) == "%I*"
-    assert messages("VAR_GLOBAL .a : BOOL; END_VAR")[0].endswith("a variable, got '.'")
-    # TwinCAT 2 wrote the list; a variable that has lost its AT stays where it is.
-    (unit,) = declared(text.replace("b AT %Q*", "b")).globals.values()
-    assert [str(item.address) for item in unit.__iec__.members] == ["%IX4.1", "None"]
-
-
 def test_types_of_variables_without_a_name() -> None:
     text = "PROGRAM P VAR e : (A, B) := B; s : STRUCT x : INT := 2; END_STRUCT; END_VAR END_PROGRAM"
     e, s = declared(text).programs["p"].__iec__.members

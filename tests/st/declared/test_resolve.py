@@ -353,3 +353,17 @@ def test_values_may_have_names_that_python_keeps(name: str) -> None:
     assert isinstance(type, EnumType)
     assert type.numbers == {"x": 0, name: 7}
     assert type.encode(name) == type.encode(7)
+
+
+def test_addresses_of_global_variables_from_var_config() -> None:
+    text = """
+VAR_GLOBAL a AT %I* : BOOL; b AT %Q* : BOOL; END_VAR
+PROGRAM P VAR a AT %I* : BOOL; END_VAR END_PROGRAM
+VAR_CONFIG .a AT %IX4.1 : BOOL; .b AT %QX2.0 : BOOL; END_VAR"""
+    found = declare([parse(text)])
+    (unit,) = found.globals.values()
+    assert [str(item.address) for item in unit.__iec__.members] == ["%IX4.1", "%QX2.0"]
+    assert str(found.programs["p"].__iec__.members[0].address) == "%I*"
+    # TwinCAT 2 wrote the list; a variable that has lost its AT stays where it is.
+    (unit,) = declare([parse(text.replace("b AT %Q*", "b"))]).globals.values()
+    assert [str(item.address) for item in unit.__iec__.members] == ["%IX4.1", "None"]

@@ -289,8 +289,7 @@ class Records:
                 name=item.name,
                 section=_SECTIONS.get(block.section, Section.LOCAL),
                 at=self._types.address_of(
-                    scope.owner,
-                    item.name,
+                    f"{scope.owner}.{item.name}",
                     tree.address,
                     is_global=block.section == "VAR_GLOBAL",
                 )

@@ -495,16 +495,16 @@ class Resolver:
     # where variables are ---------------------------------------------------------------------
 
     def address_of(
-        self, owner: str, name: str, address: DirectAddress | None, *, is_global: bool
+        self, name: str, address: DirectAddress | None, *, is_global: bool = False
     ) -> Place | None:
-        """Return the place of a variable with a direct address, completed by VAR_CONFIG; else
-        None."""
+        """Return the place of a variable, such as `GVL.bStart`, with a direct address, completed
+        by VAR_CONFIG; else None."""
         if address is None:
             return None
         place = self._parsed(address)
         if place.byte is None and self.config_addresses:
-            paths = [f"{owner}.{name}".lower()] + [f".{name}".lower()] * is_global
-            for path in paths:
+            whole = name.lower()
+            for path in (whole, whole[whole.rfind(".") :]) if is_global else (whole,):
                 if path in self.config_addresses:
                     given, source = self.config_addresses.pop(path)
                     with self.scopes.inside(source):
