@@ -4,6 +4,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from achse.plc import Area
 from tests.plc.code.conftest import Ran
 
 PROGRAM = (
@@ -51,3 +52,27 @@ def test_memory_is_counted_and_buffers_keep_their_content(
     assert list(memory["n"]) == [3 * size, 3]
     assert (memory["kept"], memory["length"]) == (value if keep else 0, following)
     assert list(memory["last"]) == [0, 0]
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        "manager.Free2(copy);",
+        "copy := manager.Alloc(8, TRUE) + 4; manager.Free2(copy);",
+        "copy := ADR(own); manager.Free2(copy);",
+    ],
+    ids=["twice", "inside a block", "no block"],
+)
+def test_memory_that_is_not_a_block_is_not_freed(wrong: str) -> None:
+    """An exception stops the PLC; other blocks keep their content."""
+    ran = Ran(
+        "PROGRAM MAIN VAR manager : FB_DynMem_Manager2; first, copy, kept : PVOID; own : LWORD;"
+        " p : POINTER TO BYTE; last : BOOL; END_VAR kept := manager.Alloc(8, TRUE); p := kept;"
+        f" p[7] := 9; first := manager.Alloc(8, TRUE); copy := first; manager.Free2(first); {wrong}"
+        " last := TRUE; END_PROGRAM"
+    )
+    ran.cycle()
+    assert "ACCESS_VIOLATION" in ran.plc.failure
+    assert not ran["last"]
+    offset = ran["kept"] - ran.plc.memory.address(Area.HEAP, 0)
+    assert ran.plc.memory[Area.HEAP].read(offset, 8) == bytes(7) + b"\x09"
