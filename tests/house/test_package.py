@@ -1,6 +1,7 @@
 """What is published: its addresses, its page, and licences of what it needs."""
 
 import importlib.util
+import json
 import re
 import runpy
 import tomllib
@@ -12,6 +13,8 @@ from typing import Any
 import pytest
 from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
+
+from achse.ams.secure import SECURE_PORT
 
 FREE = re.compile(
     r"\b(?:MIT|BSD|Apache|ISC|PSF|Python Software Foundation|MPL|Mozilla Public|Unlicense|Zlib|EPL"
@@ -145,3 +148,35 @@ TOP = """
 
 def test_no_stray_file_lies_at_the_top(tracked: list[Path]) -> None:
     assert sorted(str(path) for path in tracked if len(path.parts) == 1) == sorted(TOP.split())
+
+
+@pytest.mark.parametrize("file", ["Containerfile", "docs/how-to/keep-a-station-running.md"])
+def test_the_container_has_its_extras(file: str) -> None:
+    """Each extra that the image has exists; the page lists the same ones."""
+    root = Path(__file__).parents[2]
+    text = (root / file).read_text(encoding="utf-8")
+    match = re.search(r"\.\[([a-z,]+)\]|with the extras ([a-z, ]+?) and ([a-z]+)\.", text)
+    assert match is not None
+    extras = set(re.findall(r"[a-z]+", ",".join(filter(None, match.groups()))))
+    assert extras == {"fast", "metrics", "mqtt", "secure", "web"}
+    project = tomllib.loads((root / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    assert extras <= set(project["optional-dependencies"])
+
+
+def test_the_container_serves_other_computers() -> None:
+    """Its command listens at all addresses; the ports of ADS and of the pages are published."""
+    text = (Path(__file__).parents[2] / "Containerfile").read_text(encoding="utf-8")
+    (command,) = re.findall(r"^CMD (\[.*\])$", text, re.MULTILINE)
+    words = json.loads(command)
+    assert words[:3] == ["run", "--host", "0.0.0.0"]
+    assert "--let-everybody-in" in words
+    (ports,) = re.findall(r"^EXPOSE (.*)$", text, re.MULTILINE)
+    assert {"48898", "48899/udp", str(SECURE_PORT), "8080"} <= set(ports.split())
+
+
+def test_the_page_of_a_lasting_station_names_what_lasts() -> None:
+    """One station in a container, a unit, an upgrade; where logs, records, caches, certificates."""
+    page = Path(__file__).parents[2] / "docs" / "how-to" / "keep-a-station-running.md"
+    text = page.read_text(encoding="utf-8").lower()
+    words = ("podman run", "[service]", "upgrade", "logs", "record", "cache", "certificate")
+    assert [word for word in words if word not in text] == []
