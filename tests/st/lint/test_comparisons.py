@@ -32,6 +32,8 @@ def compared(variables: str, condition: str) -> str:
         ("n = x", "2: LT2001 '=' compares floating point numbers"),
         ("x < y", ""),
         ("n = u", ""),
+        ("x <> x", ""),
+        ("x + 1 = x", "2: LT2001 '=' compares floating point numbers"),
         ("u < 0", "2: LT2002 a UINT is never below 0: this is always FALSE"),
         ("u >= 0", "2: LT2002 a UINT is never below 0: this is always TRUE"),
         ("0 > u", "2: LT2002 a UINT is never below 0: this is always FALSE"),

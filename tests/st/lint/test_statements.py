@@ -22,6 +22,8 @@ def body(linted: Linted, statements: str) -> list[str]:
     [
         ("CASE n OF 1: F := 1; END_CASE", ["2: LT3001 this CASE has no ELSE"]),
         ("CASE n OF 1: F := 1; ELSE F := 2; END_CASE", []),
+        ("CASE n OF 1: F := 1; ELSE ; END_CASE", []),
+        ("CASE e OF E.Idle: F := 1; ELSE END_CASE", []),
         ("CASE e OF E.Idle, E.Run, E.Stop: F := 1; END_CASE", []),
         ("CASE e OF Idle..Stop: F := 1; END_CASE", []),
         ("CASE e OF 0, 5: F := 1; E#Stop: F := 2; END_CASE", []),
@@ -45,7 +47,7 @@ def body(linted: Linted, statements: str) -> list[str]:
         ("WHILE a := b DO F := 1; END_WHILE", ["2: LT2003 ':=' in a condition"]),
         ("REPEAT F := 1; UNTIL a := b END_REPEAT", ["2: LT2003 ':=' in a condition"]),
         ("IF a = b THEN F := 1; END_IF", []),
-        ("IF a THEN IF b THEN CASE n OF 1: IF a THEN END_IF ELSE ; END_CASE END_IF END_IF",
+        ("IF a THEN IF b THEN CASE n OF 1: IF a THEN END_IF END_CASE END_IF END_IF",
          ["2: LT3001 this CASE has no ELSE", "2: LT3004 this IF has no statements"]),
     ],
 )  # fmt: skip

@@ -41,6 +41,31 @@ def test_variables_of_a_function(
     assert not finding or found[0].startswith(finding)
 
 
+@pytest.mark.parametrize(
+    ("type", "declared", "is_default"),
+    [
+        ("S", "TYPE S : STRUCT n : INT := 5; END_STRUCT END_TYPE", True),
+        ("S", "TYPE S : STRUCT n : INT; END_STRUCT END_TYPE", False),
+        ("ARRAY [0..1] OF S", "TYPE S : STRUCT n : INT := 5; END_STRUCT END_TYPE", True),
+        ("S", "TYPE R : INT := 5; END_TYPE TYPE S : STRUCT n : R; END_STRUCT END_TYPE", True),
+        (
+            "S",
+            "TYPE R : STRUCT n : INT := 5; END_STRUCT END_TYPE"
+            " TYPE S EXTENDS R : STRUCT m : INT; END_STRUCT END_TYPE",
+            True,
+        ),
+        ("S", "TYPE S : INT := 4; END_TYPE", True),
+        ("S", "TYPE S : (A := 3, B); END_TYPE", True),
+        ("S", "TYPE S : (A, B); END_TYPE", False),
+    ],
+)
+def test_a_type_may_begin_with_another_value_than_0(
+    linted: Linted, type: str, declared: str, is_default: bool
+) -> None:
+    text = function(f"VAR a, b : {type}; END_VAR", "b := a; F := SIZEOF(b);", declared)
+    assert bool(linted(text, "LT1002")) is not is_default
+
+
 def test_clients_may_use_what_programs_and_lists_have(linted: Linted) -> None:
     text = (
         "VAR_GLOBAL g : INT; END_VAR\nPROGRAM MAIN\nVAR a, b, c : INT;\nd AT %QX0.0 : BOOL; END_VAR"

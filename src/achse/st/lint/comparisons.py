@@ -65,6 +65,8 @@ def _check_comparison(node: Computed) -> Iterator[FoundComparison]:
     if len(node.operands) != 2:
         return
     sign = _SIGNS.get(node.operator)
+    if _is_of_itself(node):
+        return  # the usual question whether a number is none
     if sign is not None and isinstance(node.operands[0].type, RealType):
         message = f"'{sign}' compares floating point numbers, which are seldom equal"
         yield FoundComparison(Code.FLOAT_EQUALITY, node.at, message)
@@ -76,6 +78,12 @@ def _check_comparison(node: Computed) -> Iterator[FoundComparison]:
             if type is not None:
                 message = f"a {type.name} is never below 0: this is always {result}"
                 yield FoundComparison(Code.DEAD_COMPARISON, node.at, message)
+
+
+def _is_of_itself(node: Computed) -> bool:
+    """Return True if a variable is compared with itself."""
+    one, other = node.operands
+    return not isinstance(one, Computed) and one == other
 
 
 def _unsigned(value: TypedValue) -> IntegerType | None:

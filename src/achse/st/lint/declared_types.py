@@ -20,11 +20,24 @@ from achse.st.syntax.tree import (
     NamedType,
     PointerTo,
     ReferenceTo,
+    StructOf,
+    This,
     TypeSpec,
+    UnionOf,
 )
-from achse.st.syntax.units import Function, FunctionBlock, GlobalList, Program, TypeDeclaration
+from achse.st.syntax.units import (
+    Function,
+    FunctionBlock,
+    GlobalList,
+    Interface,
+    Program,
+    Property,
+    TypeDeclaration,
+)
 
 _MOST_ALIASES = 20
+_MOST_TYPES = 1_000
+"""Most types of members that are looked at for a default."""
 
 
 class DeclaredType(NamedTuple):
@@ -80,55 +93,87 @@ class DeclaredTypes:
         entry = self.unit_of(DeclaredType(spec, space))
         return entry is not None and isinstance(entry.tree, FunctionBlock)
 
+    def has_default(self, declaration: Declaration, space: str) -> bool:
+        """Return True if the type of a variable begins with another value than 0."""
+        waiting = [DeclaredType(_element(declaration.type), space)]
+        for _ in range(_MOST_TYPES):
+            if not waiting:
+                return False
+            spec, here = waiting.pop()
+            if isinstance(spec, StructOf | UnionOf):
+                if any(member.initial is not None for member in spec.members):
+                    return True
+                waiting += [DeclaredType(_element(member.type), here) for member in spec.members]
+            elif isinstance(spec, NamedType) and spec.name.lower() not in ELEMENTARY:
+                entry = self._scopes.find(spec.name, here)
+                tree = None if entry is None else entry.tree
+                if entry is not None and isinstance(tree, TypeDeclaration):
+                    if tree.initial is not None or _begins_above_zero(entry.type):
+                        return True
+                    waiting.append(DeclaredType(_element(tree.type), entry.space))
+                    if tree.extends is not None:
+                        waiting.append(DeclaredType(tree.extends, entry.space))
+        return True  # too many to look at
+
     def enumeration_of(
-        self, path: Expression, chain: Sequence[Mapping[str, TrackedVariable]], space: str
+        self, path: Expression, chain: Sequence[Mapping[str, TrackedVariable]], unit: DeclaredUnit
     ) -> EnumType[Any] | None:
-        """Return the enumeration that a path has values of."""
-        entry = self.unit_of(self.type_of(path, chain, space))
+        """Return the enumeration that a path has values of, in a body of a unit."""
+        entry = self.unit_of(self.type_of(path, chain, unit))
         type = None if entry is None else entry.type
         return type if isinstance(type, EnumType) else None
 
     def type_of(
-        self, path: Expression, chain: Sequence[Mapping[str, TrackedVariable]], space: str
+        self, path: Expression, chain: Sequence[Mapping[str, TrackedVariable]], unit: DeclaredUnit
     ) -> DeclaredType | None:
         """Return the declared type of a path; None if it takes more than names to know it."""
         steps: list[Expression] = []
-        while isinstance(path, Member | Index | Dereference):
+        while isinstance(path, Member | Index | Dereference | Call):
             steps.append(path)
             path = path.of
-        found = self._root(path, chain, space)
-        first = steps[-1] if steps else None
-        if found is None and isinstance(path, Name) and isinstance(first, Member):
-            entry = self._scopes.find(path.name, space)
-            if entry is not None and isinstance(entry.tree, GlobalList | Program):
-                found = self._variable(entry, first.name)
-                steps.pop()
+        found: DeclaredType | None = None
+        if isinstance(path, This) and len(steps) > 1 and isinstance(steps[-1], Dereference):
+            steps.pop()
+            member = steps.pop()
+            found = self._variable(unit, member.name) if isinstance(member, Member) else None
+        elif isinstance(path, Name | GlobalName):
+            found = self._root(path, chain, unit)
+            first = steps[-1] if steps else None
+            if found is None and isinstance(path, Name) and isinstance(first, Member):
+                entry = self._scopes.find(path.name, unit.space)
+                if entry is not None and isinstance(entry.tree, GlobalList | Program):
+                    found = self._variable(entry, first.name)
+                    steps.pop()
         for step in reversed(steps):
             found = self._step(found, step)
         return found
 
     def _root(
-        self, path: Expression, chain: Sequence[Mapping[str, TrackedVariable]], space: str
+        self,
+        path: Name | GlobalName,
+        chain: Sequence[Mapping[str, TrackedVariable]],
+        unit: DeclaredUnit,
     ) -> DeclaredType | None:
-        if isinstance(path, Call) and isinstance(path.of, Name):
-            entry = self._scopes.find(path.of.name, space)
-            tree = None if entry is None else entry.tree
-            if entry is None or not isinstance(tree, Function) or tree.returns is None:
-                return None
-            return DeclaredType(tree.returns, entry.space)
-        if not isinstance(path, Name | GlobalName):
-            return None
         key = path.name.lower()
         for variables in chain if isinstance(path, Name) else ():
             variable = variables.get(key)
             if variable is not None:
                 return DeclaredType(variable.declaration.type, variable.entry.space)
+        own = next(self._parts(unit, key), None) if isinstance(path, Name) else None
+        if own is not None:
+            return own
         lists = self._scopes.globals.get(key, ())
-        return self._variable(lists[0], key) if len(lists) == 1 else None
+        if len(lists) == 1:
+            return self._variable(lists[0], key)
+        entry = self._scopes.find(path.name, unit.space)
+        tree = None if entry is None else entry.tree
+        if entry is None or not isinstance(tree, Function) or tree.returns is None:
+            return None
+        return DeclaredType(tree.returns, entry.space)
 
     def _step(self, found: DeclaredType | None, step: Expression) -> DeclaredType | None:
-        if found is None:
-            return None
+        if found is None or isinstance(step, Call):  # a routine has the type that it returns
+            return found
         if isinstance(step, Member):
             entry = self.unit_of(found)
             return None if entry is None else self._variable(entry, step.name)
@@ -142,13 +187,38 @@ class DeclaredTypes:
         return None
 
     def _variable(self, entry: DeclaredUnit, name: str) -> DeclaredType | None:
+        """Return the type of a variable, property or method of a unit."""
         key = name.lower()
-        return next(self._declared(entry, key), None)
+        return next(self._declared(entry, key), None) or next(self._parts(entry, key), None)
 
     def _declared(self, entry: DeclaredUnit, key: str) -> Iterator[DeclaredType]:
         for scope in with_bases(self._scopes.scope(entry)):
             if key in scope.variables:
                 yield DeclaredType(scope.variables[key][1].type, scope.space)
+
+    def _parts(self, entry: DeclaredUnit, key: str) -> Iterator[DeclaredType]:
+        """The types of properties, and of what methods return, of that name: of the unit first,
+        then of its bases."""
+        seen: set[int] = set()
+        waiting = [entry]
+        while waiting:
+            unit = waiting.pop(0)
+            tree = unit.tree
+            if id(unit) in seen or not isinstance(tree, FunctionBlock | Interface):
+                continue
+            seen.add(id(unit))
+            for part in tree.parts:
+                spec = part.type if isinstance(part, Property) else getattr(part, "returns", None)
+                if part.name.lower() == key and spec is not None:
+                    yield DeclaredType(spec, unit.space)
+            bases = tree.extends if isinstance(tree, Interface) else (tree.extends,)
+            found = (self._scopes.find(base.name, unit.space) for base in bases if base is not None)
+            waiting += [base for base in found if base is not None]
+
+
+def _begins_above_zero(type: object) -> bool:
+    """Return True if the first value of an enumeration is not 0."""
+    return isinstance(type, EnumType) and next(iter(type.numbers.values()), 0) != 0
 
 
 def _element(spec: TypeSpec) -> TypeSpec:

@@ -4,7 +4,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from itertools import pairwise
 from typing import Any
 
-from achse.st.declared.scopes import Scopes
+from achse.st.declared.scopes import DeclaredUnit, Scopes
 from achse.st.graphical.body import GraphicalBody
 from achse.st.lexis.codes import Code
 from achse.st.lexis.source import Source
@@ -55,10 +55,9 @@ def check_statements(units: Sequence[TrackedUnit], scopes: Scopes, report: LintR
         return
     rules = _Rules(DeclaredTypes(scopes), report)
     for unit, chain in with_chains(units, scopes):
-        source, space = unit.entry.source, unit.entry.space
-        rules.body(getattr(unit.entry.tree, "body", ()), source, chain, space)
+        rules.body(getattr(unit.entry.tree, "body", ()), unit.entry, chain)
         for owner, own in unit.parts:
-            rules.body(getattr(owner, "body", ()), source, [own, *chain], space)
+            rules.body(getattr(owner, "body", ()), unit.entry, [own, *chain])
 
 
 class _Rules:
@@ -68,14 +67,14 @@ class _Rules:
         self._types = types
         self._report = report
         self._source: Source
+        self._unit: DeclaredUnit
         self._chain: Chain = ()
-        self._space = ""
 
-    def body(self, body: object, source: Source, chain: Chain, space: str) -> None:
-        """Apply the rules to all statements of a body."""
+    def body(self, body: object, unit: DeclaredUnit, chain: Chain) -> None:
+        """Apply the rules to all statements of a body of a unit."""
         if isinstance(body, GraphicalBody) or not isinstance(body, tuple):
             return
-        self._source, self._chain, self._space = source, chain, space
+        self._source, self._chain, self._unit = unit.source, chain, unit
         waiting: list[Statements] = [body]
         while waiting:
             statements = waiting.pop()
@@ -134,9 +133,9 @@ class _Rules:
                 stack += [getattr(tree, name) for name in field_names(tree.__class__)]
 
     def _check_cases(self, tree: Case) -> None:
-        if tree.otherwise:
+        if tree.has_else:
             return
-        enum = self._types.enumeration_of(tree.selector, self._chain, self._space)
+        enum = self._types.enumeration_of(tree.selector, self._chain, self._unit)
         if enum is None:
             self._add(Code.MISSING_ELSE, tree.at, "this CASE has no ELSE")
             return

@@ -107,7 +107,11 @@ def _check_use(
         return  # clients read and write variables of programs
     if "CONSTANT" in block.qualifiers or not _KEPT.isdisjoint(block.qualifiers):
         return
-    if variable.use is UseKind.READ and declaration.initial is None:
+    if (
+        variable.use is UseKind.READ
+        and declaration.initial is None
+        and not types.has_default(declaration, variable.entry.space)
+    ):
         message = f"'{name.name}' is read, but nothing writes it"
         report.add(Code.NEVER_WRITTEN, variable.source, name.at, message)
     elif variable.use is UseKind.WRITE:

@@ -213,7 +213,8 @@ def _statement(tree: Statement) -> list[str]:
             for choice in tree.choices:
                 labels = ", ".join(map(_label, choice.labels))
                 lines += [f"{labels}:", *_block(choice.body)]
-            return [*lines, *_else(tree.otherwise), "END_CASE"]
+            otherwise = _else(tree.otherwise) or ["ELSE"] * tree.has_else
+            return [*lines, *otherwise, "END_CASE"]
         case For():
             first, last = print_expression(tree.first), print_expression(tree.last)
             step = "" if tree.step is None else f" BY {print_expression(tree.step)}"

@@ -209,9 +209,10 @@ class StatementParser:
                 continue
             labels = self._labels()
             choices.append(Choice(labels, self._body(in_case=True), place))
-        otherwise = self._body() if cursor.take("ELSE") else ()
+        has_else = bool(cursor.take("ELSE"))
+        otherwise = self._body() if has_else else ()
         self._close("END_CASE")
-        return Case(selector, tuple(choices), otherwise, at)
+        return Case(selector, tuple(choices), otherwise, at, has_else)
 
     def _labels(self) -> tuple[Expression | Range, ...]:
         """Parse the labels before the colon. If they are at fault the choice is still read."""
