@@ -166,10 +166,7 @@ class Editor:
 
     def use_at(self, place: CursorPlace) -> SymbolUse | None:
         """Return the name at a place, also that which ends there."""
-        for use in place.workspace.uses_of(place.source):
-            if use.at <= place.offset <= use.end:
-                return use
-        return None
+        return place.workspace.use_at(place.source, place.offset)
 
     def range_of(self, source: Source, at: int, end: int) -> types.Range | None:
         """Return the range of some code in its document; None if there is no such file."""

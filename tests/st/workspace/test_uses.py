@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from achse.st.lexis.words import KEYWORDS
 from achse.st.workspace import Workspace
 from achse.st.workspace.symbols import SymbolKind
-from achse.st.workspace.uses import outline_in, uses_in
+from achse.st.workspace.uses import outline_in, use_at, uses_in
 from tests.st.workspace.sample import FILES, Edit, edited, edits, write_project
 
 _NOT_DECLARED = {
@@ -63,6 +63,17 @@ def test_uses_lead_to_the_declaration(workspace: Workspace, sample_folder: Path)
         ("PT", "TON", SymbolKind.VARIABLE),
         ("DINT_TO_REAL", "", SymbolKind.BUILTIN),
     } <= found
+
+
+def test_a_use_alone_is_that_among_all(workspace: Workspace) -> None:
+    checking = workspace.checking
+    assert checking is not None
+    for parsed in workspace.sources:
+        source = parsed.source
+        uses = uses_in(checking, source)
+        for offset in range(0, len(source.text), 3):
+            expected = next((use for use in uses if use.at <= offset <= use.end), None)
+            assert use_at(checking, source, offset) == expected
 
 
 def test_the_outline_has_units_parts_and_variables(

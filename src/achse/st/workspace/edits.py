@@ -6,6 +6,7 @@ the new version, and only routines with other bodies are to be checked again.
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 from achse.st.lexis.source import Diagnostic, Source
@@ -60,6 +61,18 @@ class BodyEdit:
                 kept.body = edited.body
         self.kept.adopt(self.edited)
         return changed
+
+
+def emptied(parsed: Parsed) -> Parsed:
+    """Return a file without code in the place of one that came or went."""
+    source = Source("", parsed.source.path)
+    source.file = parsed.source.file
+    return Parsed(source, (), ())
+
+
+def is_on_disk(file: Path, content: bytes) -> bool:
+    """Return True if a file on disk has this content."""
+    return file.is_file() and file.stat().st_size == len(content) and file.read_bytes() == content
 
 
 def body_edit(kept: Parsed, edited: Parsed) -> BodyEdit | None:

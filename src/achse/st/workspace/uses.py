@@ -4,7 +4,7 @@ Names in bodies get their meaning from the checker, those in declarations from t
 declarations are made with.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,6 +16,7 @@ from achse.st.lexis.source import Source
 from achse.st.syntax.tree import Declaration, EnumOf, Expression, NamedType, Note
 from achse.st.syntax.units import Accessor, Method, TypeDeclaration
 from achse.st.values.constants import path_of
+from achse.st.workspace.cursor import routine_at
 from achse.st.workspace.drawn_uses import drawn_names
 from achse.st.workspace.symbols import (
     DeclaredSymbol,
@@ -51,6 +52,33 @@ def outline_in(checking: WarmChecking, source: Source) -> list[Outline]:
 
 def uses_in(checking: WarmChecking, source: Source) -> list[SymbolUse]:
     """Return all names of a source that mean something, in order."""
+    routines = [
+        one
+        for one in checking.routines.made
+        if one.source is source and checking.checked(one.key) is not None
+    ]
+    return _uses(checking, source, routines)
+
+
+def use_at(checking: WarmChecking, source: Source, offset: int) -> SymbolUse | None:
+    """Return the name at an offset, also that which ends there, as `uses_in` has it.
+
+    Only the routine there is looked at, unless bodies of the source are drawn.
+    """
+    if source.drawings:
+        found = uses_in(checking, source)
+    else:
+        here = routine_at(checking, source, offset)
+        same = (
+            [] if here is None else [one for one in checking.routines.made if one.tree is here.tree]
+        )
+        routines = [one for one in same if checking.checked(one.key) is not None]
+        found = _uses(checking, source, routines)
+    return next((use for use in found if use.at <= offset <= use.end), None)
+
+
+def _uses(checking: WarmChecking, source: Source, routines: Iterable[Signature]) -> list[SymbolUse]:
+    """The names in the declarations of a source and in the bodies of some of its routines."""
     found: dict[int, SymbolUse] = {}
     for outline in outline_in(checking, source):
         for symbol in _flat(outline):
@@ -59,10 +87,9 @@ def uses_in(checking: WarmChecking, source: Source) -> list[SymbolUse]:
     for entry in entries_in(checking, source):
         for use in _in_declarations(checking, entry):
             found.setdefault(use.at, use)
-    for routine in checking.routines.made:
-        if routine.source is source and checking.checked(routine.key) is not None:
-            for use in _in_body(checking, routine):
-                found.setdefault(use.at, use)
+    for routine in routines:
+        for use in _in_body(checking, routine):
+            found.setdefault(use.at, use)
     return sorted(found.values(), key=lambda use: use.at)
 
 

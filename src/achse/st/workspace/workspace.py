@@ -39,10 +39,10 @@ from achse.st.mentions import Mentions
 from achse.st.project import ProjectFiles, read_files
 from achse.st.reach import Reach
 from achse.st.syntax.parser import Parsed
-from achse.st.workspace.edits import BodyEdit, body_edit
+from achse.st.workspace.edits import BodyEdit, body_edit, emptied, is_on_disk
 from achse.st.workspace.findings import ProjectFindings, sorted_findings
 from achse.st.workspace.touched import WordIndex, first_touched, routines_again
-from achse.st.workspace.uses import SymbolUse, uses_in
+from achse.st.workspace.uses import SymbolUse, use_at, uses_in
 
 _BESIDE = (LIBRARY_TYPES, *suffixes_of(Content.PROJECT, Content.SYSTEM, Content.SOLUTION))
 """Endings of further files that say something about a project."""
@@ -75,18 +75,6 @@ def _project_options(path: Path) -> bytes:
     if project is None:
         return b""
     return b"".join(_NAMED_FILES.sub(b"", content_of(project, project.name)).split())
-
-
-def _emptied(parsed: Parsed) -> Parsed:
-    """Return a file without code in the place of one that came or went."""
-    source = Source("", parsed.source.path)
-    source.file = parsed.source.file
-    return Parsed(source, (), ())
-
-
-def _has_content(file: Path, content: bytes) -> bool:
-    """Return True if a file on disk has this content."""
-    return file.is_file() and file.stat().st_size == len(content) and file.read_bytes() == content
 
 
 def _nothing_given(tasks: Sequence[TaskDeclaration]) -> Iterable[type[StaticRecord]]:
@@ -220,6 +208,15 @@ class Workspace:
             self._uses[source] = uses_in(self.checking, source)
         return self._uses[source]
 
+    def use_at(self, source: Source, offset: int) -> SymbolUse | None:
+        """Return the name at an offset of a source with what it means."""
+        if self.checking is None:
+            return None
+        if source not in self._uses:
+            return use_at(self.checking, source, offset)
+        uses = self._uses[source]
+        return next((use for use in uses if use.at <= offset <= use.end), None)
+
     def lint(self) -> Sequence[Diagnostic]:
         """Return the findings of the linter, kept until an edit; none if no rule is on."""
         checking, declarations = self.checking, self.declarations
@@ -258,7 +255,7 @@ class Workspace:
     def edit_all(self, contents: Mapping[Path, bytes]) -> None:
         """Take the contents of several files."""
         changed = {f: new for f, new in contents.items() if self.text_of(f) != new}
-        if self._are_many(file for file, new in changed.items() if not _has_content(file, new)):
+        if self._are_many(file for file, new in changed.items() if not is_on_disk(file, new)):
             self._contents |= {file_key(file): new for file, new in changed.items()}
             self.load()
             return
@@ -322,11 +319,11 @@ class Workspace:
         is_exact = True
         for key in gone:
             known = self._sources.pop(key)
-            is_exact = is_exact and self._edit_units(known, _emptied(known))
+            is_exact = is_exact and self._edit_units(known, emptied(known))
         for key, one in parsed.items():
             present = {*self._sources, key}
             self._sources = {each: every[each] for each in listed if each in present}
-            is_exact = is_exact and self._edit_units(_emptied(one), one)
+            is_exact = is_exact and self._edit_units(emptied(one), one)
         if not is_exact:
             self._examine()
             return Extent.PROJECT
