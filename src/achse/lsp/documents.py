@@ -141,8 +141,8 @@ def _lines_of(text: str) -> list[str]:
 
 
 def read_document(file: Path, encoding: Encoding) -> Document | None:
-    """Return the document of a file on disk; None if it cannot be read, is no file but a device
-    or a pipe, or is too large."""
+    """Return the document of a file on disk; None if it cannot be read, is too large, or is a
+    device or a pipe."""
     try:
         if not file.is_file() or file.stat().st_size > LARGEST:
             return None
