@@ -71,7 +71,11 @@ def test_any_incremental_edits_have_the_findings_of_a_cold_check(
         for _ in range(data.draw(st.integers(1, 4))):
             start = data.draw(st.integers(0, len(text)))
             end = data.draw(st.integers(start, min(start + 10, len(text))))
-            new = data.draw(st.sampled_from(("", "x", "\n", "😀", ";", "'ä", "nSum := 1;\r\n")))
+            new = data.draw(
+                st.sampled_from(
+                    ("", "x", "\n", "😀", ";", "'ä", "nSum := 1;\r\n", "<", "&amp;", "]]>", '"')
+                )
+            )
             place = {
                 "start": _position(text, start),
                 "end": _position(text, end),
