@@ -150,7 +150,7 @@ class Cable:
         self.port = 0
         self.connections = 0
         self.most_at_once = 0
-        self._writers: set[asyncio.StreamWriter] = set()
+        self._to_station: set[asyncio.StreamWriter] = set()
         self._counters: set[SampleCounter] = set()
 
     async def connected(self, here: asyncio.StreamReader, back: asyncio.StreamWriter) -> None:
@@ -160,15 +160,14 @@ class Cable:
             back.close()
             return
         self.connections += 1
-        pair = {back, out}
-        self._writers |= pair
-        self.most_at_once = max(self.most_at_once, len(self._writers) // 2)
+        self._to_station.add(out)
+        self.most_at_once = max(self.most_at_once, len(self._to_station))
         back.transport.set_write_buffer_limits(high=0)
         counter = SampleCounter()
         await asyncio.gather(self._carry(here, out), self._carry(there, back, counter))
         self.samples += counter.samples
         self._counters.discard(counter)
-        self._writers -= pair
+        self._to_station.discard(out)
 
     async def _carry(
         self,
@@ -202,7 +201,11 @@ class Cable:
         self.flows.set()
 
     def pull(self) -> None:
-        for writer in self._writers:
+        """End the connection at the station at once; the router gets what was counted, and the end.
+
+        A reset would throw away what the system keeps for a router that has not read it yet.
+        """
+        for writer in self._to_station:
             writer.transport.abort()
 
 

@@ -140,15 +140,21 @@ INVARIANTS = (
     Invariant(
         "samples-complete", "A cyclic subscription has a sample each cycle, or it is counted lost.",
         "000 §3.2.3.6; decision 0120",
-        "restart, online change, samples counted as dropped or late, faults as above", where="talk",
+        "restart, online change, samples counted as dropped or late, faults as above; behind a"
+        " router that has lost its target",
+        where="talk",
     ),
     Invariant(
         "bounded", "Handles, subscriptions and queued bytes stay within the limits.",
         "decisions 0011, 0065", where="resources",
     ),
     Invariant(
-        "released", "A minute after all clients have left the station holds nothing for them.",
-        "decisions 0011, 0116", "abandoned handles, within their limit", where="resources",
+        "released",
+        "A minute after all clients have left neither station nor routers hold anything for them.",
+        "decisions 0011, 0116, 0230",
+        "abandoned handles, within their limit, of clients without a router; those of routers when"
+        " a fault of frames may have hit a release",
+        where="resources",
     ),
     Invariant(
         "restart-released", "What a restart replaced is released.", "decision 0009",

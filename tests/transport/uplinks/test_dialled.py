@@ -1,5 +1,6 @@
 """What the far end of a dialled connection may: no more than by coming itself."""
 
+import itertools
 from typing import Any
 
 import pytest
@@ -11,6 +12,7 @@ from achse.router.rights import ALL_RIGHTS, Right
 from achse.router.routes import Route, RouteTls
 from achse.transport.uplinks.dialled import DialledPeer
 from achse.transport.uplinks.uplink import Uplink
+from tests.router.chains import Chain
 from tests.transport.uplinks.test_uplink import OURS, THEIRS, Turns
 
 HOST = "192.0.2.1"
@@ -129,3 +131,27 @@ def test_a_route_that_goes_is_felt(strict: bool) -> None:
     far.router.routes.remove("behind")
     far.uplink.judge_again(behind)
     assert far.line.ended  # it comes again, and may less
+
+
+def test_samples_that_came_before_the_end_of_the_connection_are_passed_on() -> None:
+    chain = Chain(1, source_nat=True)
+    clients = [chain.client() for _ in range(3)]
+    for client in clients:
+        for _ in range(5):
+            assert len(client.subscribe_many(client.fetch(), 200)) == 200
+    chain.tick(2)
+    before = [sum(map(len, client.samples.values())) for client in clients]
+    [uplink] = chain.hosts[0].uplinks
+    peer, chunks = uplink.peer, list[bytes]()
+    assert peer is not None
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(peer, "receive", chunks.append)
+        chain.tick()
+    uplink.fair_queue.clock = map(float, itertools.count()).__next__  # each frame takes a second
+    peer.receive(b"".join(chunks))
+    assert peer.unprocessed
+    peer.ended()
+    chain.loop.run(1.0)
+    after = [sum(map(len, client.samples.values())) for client in clients]
+    assert [now - then for now, then in zip(after, before, strict=True)] == [1000] * 3
+    assert [len(client.hints) for client in clients] == [1000] * 3

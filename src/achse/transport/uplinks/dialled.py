@@ -4,6 +4,7 @@ Who is dialled for one route answers; it may ask too, for itself and for those b
 more by this than by coming itself.
 """
 
+import math
 from collections.abc import Callable
 from typing import Protocol
 
@@ -55,6 +56,13 @@ class DialledPeer(Peer):
         journal = owner.router.journal
         if journal is not None:
             self._journal = LinkJournal(journal, owner.route.net_id)
+
+    def ended(self) -> None:
+        """Pass on the answers and samples that came before the end, which waited for their turn."""
+        self._line = None
+        while self.connected and not self.work(math.inf):
+            pass
+        super().ended()
 
     def _report_loss(self, session: ForwardedClient) -> None:
         memory = self._dialled_by.memory
