@@ -275,7 +275,8 @@ class _Player:
             router.start()
         for client in self.clients:
             client.listen(True)
-        life.advance_to(life.now_ns() + 3_000_000_000)
+        # A flood goes through a router by windows, one for each way there and back.
+        life.advance_to(life.now_ns() + (_ROUTERS_NS if self.routers else 3_000_000_000))
         for client in self.clients:
             client.finish()
         if self.world.clients and not may_write(self.world) and life.watch.moves:
