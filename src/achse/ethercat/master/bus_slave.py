@@ -170,7 +170,12 @@ class BusSlave:
     @property
     def operational(self) -> bool:
         """True if the slave is in Op without an error, and its process data are valid."""
-        return self.state == _OP and not self.error and self.working
+        if self.state != _OP or self.error:
+            return False
+        for each in self._owners:  # noqa: SIM110 (as `working`, without a call)
+            if not each.valid:
+                return False
+        return True
 
     def read_input(self, index: int, subindex: int = 0, *, signed: bool = False) -> int:
         """The value of an input entry; KeyError if it is not mapped."""
