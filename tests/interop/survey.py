@@ -1,15 +1,19 @@
 """Loads and runs all PLC projects below a folder, and writes down how far each comes.
 
     python -m tests.interop.survey FOLDER docs/coverage/projects.md [--only WORD]... [--from NAME]
+        [--versions FOLDER]
 
 The page is written again after each project, so that a survey may be ended at any time and go on
 `--from` a repository; rows of projects that it does not try stay. FOLDER has checked-out
 repositories, one folder each, named `owner+name`; a file `COMMIT` in one says which commit it is.
 Each project is loaded with the libraries of all repositories at hand, checked, and run for 1,000
-cycles in virtual time, in a process of its own with a time limit.
+cycles in virtual time, in a process of its own with a time limit. `--versions` has libraries of
+these repositories at other commits, one folder each, named `title@version`: a project that its
+`.plcproj` resolves to that version is built with it, else with the repository's.
 """
 
 import json
+import re
 import subprocess
 import sys
 from collections.abc import Iterator, Sequence
@@ -33,9 +37,14 @@ Rows = dict[tuple[str, str], str]
 CYCLES = 1000
 LIMIT_S = 240.0
 """Real time that one project may take."""
+_FAULTS = Path(__file__).with_name("own_faults.tsv")
+"""Repository, project and fault of projects that cannot build or run anywhere, by our reading."""
 _SOURCES = (".tcpou", ".st")
 _SLICES = 20
 _STAND_INS = "with stand-ins for"
+_OWN_FAULT = "own fault: "
+"""Begins the reason of a project that cannot build or run anywhere."""
+_RESOLUTION = re.compile(r"<(?:Default)?Resolution>([^<,]*),\s*([^<,( ]*)")
 
 
 @dataclass
@@ -54,14 +63,14 @@ class Outcome:
     """Titles of libraries that it needs and that are not here."""
 
     @property
-    def whole(self) -> bool:
-        """Whether all of it was taken without an error."""
+    def loads(self) -> bool:
+        """True if no unit has an error."""
         return self.units > 0 and not self.errors
 
     @property
     def ran(self) -> bool:
-        """Whether it came through all cycles."""
-        return self.whole and self.cycles >= CYCLES
+        """True if it came through all cycles."""
+        return self.loads and self.cycles >= CYCLES
 
 
 def projects_below(folder: Path) -> Iterator[tuple[Path, Path]]:
@@ -75,7 +84,18 @@ def projects_below(folder: Path) -> Iterator[tuple[Path, Path]]:
             yield repository, project
 
 
-def try_project(folder: Path, repository: Path, project: Path) -> Outcome:
+def versions_of(project: Path, versions: Path | None) -> list[Path]:
+    """Return the folders `title@version` of the libraries that a project resolves."""
+    if versions is None or not project.is_file():
+        return []
+    text = project.read_text(encoding="utf-8", errors="replace")
+    names = dict.fromkeys("@".join(pair) for pair in _RESOLUTION.findall(text))
+    return [versions / name for name in names if (versions / name).is_dir()]
+
+
+def try_project(
+    folder: Path, repository: Path, project: Path, versions: Path | None = None
+) -> Outcome:
     """Load, check and run one project."""
     from achse.plc import Task
     from achse.plc.system_info import system_info_list
@@ -88,7 +108,7 @@ def try_project(folder: Path, repository: Path, project: Path) -> Outcome:
     outcome = Outcome(repository.name.replace("+", "/"), "" if name == "." else name)
     if commit.exists():
         outcome.commit = commit.read_text().strip()
-    libraries = [repository, folder]
+    libraries = [repository, *versions_of(project, versions), folder]
     try:
         found, error = examine_project(project, libraries=libraries)
     except SourceError as nothing:
@@ -140,10 +160,17 @@ def _first_line(text: str) -> str:
     return text.strip().splitlines()[0][:200] if text.strip() else ""
 
 
-def survey(folder: Path, page: Path, only: Sequence[str] = (), begin: str = "") -> None:
+def survey(
+    folder: Path,
+    page: Path,
+    only: Sequence[str] = (),
+    begin: str = "",
+    versions: Path | None = None,
+) -> None:
     """Projects below a folder, each in a process of its own; the page follows each of them.
 
-    `only` are words of which one is in the repository's name, `begin` the first repository.
+    `only` are words of which one is in the repository's name, `begin` the first repository,
+    `versions` the folder of libraries at other commits.
     """
     jobs = [
         job
@@ -154,13 +181,13 @@ def survey(folder: Path, page: Path, only: Sequence[str] = (), begin: str = "") 
     rows = rows_of(before.partition("\n## ")[0])
     sections = "".join(before.partition("\n## ")[1:])
     with ThreadPoolExecutor(2) as pool:
-        for outcome in pool.map(lambda job: _apart(folder, *job), jobs):
+        for outcome in pool.map(lambda job: _apart(folder, job[0], job[1], versions), jobs):
             rows[outcome.repository, outcome.project] = row_of(outcome)
             page.write_text(page_of(rows) + sections, encoding="utf-8")
 
 
-def _apart(folder: Path, repository: Path, project: Path) -> Outcome:
-    paths = [str(item) for item in (folder, repository, project)]
+def _apart(folder: Path, repository: Path, project: Path, versions: Path | None) -> Outcome:
+    paths = [str(item) for item in (folder, repository, project, versions) if item is not None]
     command = [sys.executable, "-m", "tests.interop.survey", "--one", *paths]
     name = project.relative_to(repository).as_posix()
     failed = Outcome(repository.name.replace("+", "/"), name, errors=1)
@@ -184,6 +211,13 @@ def rows_of(page: str) -> Rows:
     }
 
 
+def own_fault(repository: str, project: str) -> str:
+    """Return the fault of a project that cannot build or run anywhere; empty without one."""
+    lines = _FAULTS.read_text(encoding="utf-8").splitlines()
+    faults = {(name, path): fault for name, path, fault in (line.split("\t") for line in lines)}
+    return faults.get((repository, project), "")
+
+
 def row_of(item: Outcome) -> str:
     """The line of one project."""
     reason = item.reason.replace("|", "\\|").replace("`", "'")
@@ -193,39 +227,52 @@ def row_of(item: Outcome) -> str:
         reason = f"needs {', '.join(item.missing)}; {reason}"
     elif item.missing and not reason:
         reason = f"{_STAND_INS} {', '.join(item.missing)}"
+    if not item.ran and (fault := own_fault(item.repository, item.project)):
+        reason = f"{_OWN_FAULT}{fault}"
     return (
         f"| {item.repository} | {item.commit[:8]} | {item.project} | {item.units}"
-        f" | {'yes' if item.whole else 'no'} | {item.cycles} | {reason} |"
+        f" | {'yes' if item.loads else 'no'} | {item.cycles} | {reason} |"
     )
 
 
 def page_of(rows: Rows) -> str:
     """The page of all projects, by repository and name."""
     cells = [line.split(" | ") for line in rows.values()]
-    whole = sum(row[4] == "yes" for row in cells)
+    load = sum(row[4] == "yes" for row in cells)
     all_cycles = [row for row in cells if row[4] == "yes" and int(row[5]) >= CYCLES]
     stood_in = sum(row[6].startswith(_STAND_INS) for row in all_cycles)
+    faulty = sum(row[6].startswith(_OWN_FAULT) for row in cells)
     lines = [
         "# Public PLC projects",
         "",
         "Made by `python -m tests.interop.survey`, which loads every PLC project of a folder of"
         " checked-out repositories, checks all of it, and runs it for 1,000 cycles of its slowest"
         " task in virtual time. Libraries come from the same folder where their sources are there."
-        " Whole means: not one error in any unit."
+        " A project loads if no unit has an error."
+        " A library comes in the version that the project's `.plcproj` resolves where the library's"
+        " repository has a tag of that version, else in the newest."
         " Rows are of different days: those of repositories that were not at hand"
         " stay as they were."
         " Projects that move axes are in [a page of their own](motion-projects.md),"
         " [unseen projects](unseen-projects.md) in another,"
         " and results of the projects' own tests in [a third](project-tests.md).",
         "",
-        f"{len(rows)} projects: {whole} load whole, {len(all_cycles)} of them run 1,000 cycles,"
-        f" {stood_in} of these with stand-ins for libraries that are not here.",
+        f"{len(rows)} projects: {load} load, {len(all_cycles)} of them run 1,000 cycles"
+        f" ({_percent(len(all_cycles), len(rows))} %),"
+        f" {stood_in} of these with stand-ins for libraries that are not here. {faulty} others have"
+        f" a fault of their own and build or run nowhere: of the {len(rows) - faulty} without one,"
+        f" {_percent(len(all_cycles), len(rows) - faulty)} % run.",
         "",
-        "| repository | commit | project | units | whole | cycles | why not |",
+        "| repository | commit | project | units | loads | cycles | reason |",
         "| --- | --- | --- | --- | --- | --- | --- |",
         *(rows[key] for key in sorted(rows)),
     ]
     return "\n".join(lines) + "\n"
+
+
+def _percent(part: int, of: int) -> int:
+    """Return a share in whole percent, rounded down."""
+    return 100 * part // max(of, 1)
 
 
 def main(arguments: list[str]) -> None:
@@ -237,7 +284,10 @@ def main(arguments: list[str]) -> None:
     pairs = list(zip(options[::2], options[1::2], strict=True))
     only = [word for option, word in pairs if option == "--only"]
     begin = next((name for option, name in pairs if option == "--from"), "")
-    survey(Path(folder).resolve(), Path(page), only, begin)
+    versions = next(
+        (Path(name).resolve() for option, name in pairs if option == "--versions"), None
+    )
+    survey(Path(folder).resolve(), Path(page), only, begin, versions)
     print(Path(page).read_text(encoding="utf-8").splitlines()[4])
 
 

@@ -27,10 +27,10 @@ def test_how_far_projects_come(tmp_path: Path) -> None:
         try_project(tmp_path, repository, project)
         for repository, project in projects_below(tmp_path)
     )
-    assert (good.whole, good.ran, good.commit[:4]) == (True, True, "0123")
-    assert (loose.whole, loose.ran, loose.cycles) == (True, False, 8)
+    assert (good.loads, good.ran, good.commit[:4]) == (True, True, "0123")
+    assert (loose.loads, loose.ran, loose.cycles) == (True, False, 8)
     assert loose.reason.startswith("stopped after 8 cycles: ")
-    assert (wrong.whole, wrong.errors) == (False, 1)
+    assert (wrong.loads, wrong.errors) == (False, 1)
     assert "nothing is named 'missing'" in wrong.reason
 
 
@@ -41,10 +41,10 @@ def test_the_page_follows_each_project(tmp_path: Path) -> None:
     _repository(tmp_path / "all", "me+wrong", "n := missing;", "wrong")
     page = tmp_path / "page.md"
     survey(tmp_path / "all", page, only=["good"])
-    assert "1 projects: 1 load whole, 1 of them run 1,000 cycles, 0 of these" in page.read_text()
+    assert "1 projects: 1 load, 1 of them run 1,000 cycles (100 %), 0 of these" in page.read_text()
     survey(tmp_path / "all", page, begin="me+w")
     text = page.read_text()
-    assert "2 projects: 1 load whole, 1 of them run 1,000 cycles, 0 of these" in text
+    assert "2 projects: 1 load, 1 of them run 1,000 cycles (50 %), 0 of these" in text
     assert "| me/good | 01234567 | good.plcproj | 1 | yes | " in text
     assert page_of(rows_of(text)) == text
 
@@ -53,7 +53,7 @@ def test_what_cannot_be_read_is_told(tmp_path: Path) -> None:
     _repository(tmp_path, "me+odd", "", "odd")
     (tmp_path / "me+odd/odd.plcproj").write_text("<Project")
     outcome = try_project(tmp_path, tmp_path / "me+odd", tmp_path / "me+odd/odd.plcproj")
-    assert (outcome.whole, outcome.errors) == (False, 1)
+    assert (outcome.loads, outcome.errors) == (False, 1)
 
 
 def test_a_project_with_stand_ins_names_the_libraries_that_are_not_here(tmp_path: Path) -> None:
