@@ -1,6 +1,7 @@
 """Tc2_EtherCAT against a bus that answers as the manual of the master says."""
 
 import struct
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +15,7 @@ STATES = {1001: 8, 1002: 8}
 class Bus(Device):
     """A master with two slaves; what is asked of it, and of them, is the same object."""
 
-    def __init__(self) -> None:
+    def __init__(self, further: Sequence[RawGroup] = ()) -> None:
         self.states = dict(STATES)
         self.objects = {0x1018_0001: struct.pack("<I", 2)}
         self.objects[0xF002_0002] = b"\x03"
@@ -33,7 +34,7 @@ class Bus(Device):
                 0xF302, "objects", read=self._object, write=self._put, last_offset=0xFFFF_FFFF
             ),
         ]
-        super().__init__("bus", (1, 0, 0), groups, clock=lambda: 0)
+        super().__init__("bus", (1, 0, 0), [*groups, *further], clock=lambda: 0)
 
     def _state(self, offset: int, length: int, client: bytes) -> bytes:
         chosen = [self.states[offset]] if offset else list(self.states.values())
@@ -184,3 +185,82 @@ def test_states_of_slaves_are_bits() -> None:
     ]  # fmt: skip
     time = ran["t"]
     assert time["dwHighPart"] << 32 | time["dwLowPart"] == 86_400_010_000_000
+
+
+class FileBus(Bus):
+    """The same, with files of slaves."""
+
+    def __init__(self) -> None:
+        self.files = {"FW": b"12345" * 500}
+        self.open: dict[int, tuple[str, int, bytearray]] = {}
+        self.visited = set[int]()
+        actions = {0xF401: self._open, 0xF402: self._open, 0xF403: self._close}
+        actions |= {0xF404: self._take, 0xF405: self._append}
+        super().__init__([self._group(*item) for item in actions.items()])
+
+    @staticmethod
+    def _group(number: int, action: Callable[..., bytes]) -> RawGroup:
+        def answer(offset: int, length: int, data: bytes, client: bytes) -> bytes:
+            return action(number, offset, length, data, client)
+
+        return RawGroup(number, "file", read_write=answer, last_offset=0xFFFF_FFFF)
+
+    def _ask_for(self, offset: int, data: bytes, client: bytes) -> None:
+        super()._ask_for(offset, data, client)
+        self.visited.add(self.states[offset])
+
+    def _open(self, group: int, password: int, length: int, data: bytes, client: bytes) -> bytes:
+        name = data.rstrip(b"\0").decode()
+        content = self.files[name] if group == 0xF401 else b""
+        self.open[len(self.open) + 1] = (name, group, bytearray(content))
+        return struct.pack("<I", len(self.open))
+
+    def _close(self, group: int, handle: int, length: int, data: bytes, client: bytes) -> bytes:
+        name, way, content = self.open[handle]
+        if way == 0xF402:
+            self.files[name] = bytes(content)
+        return b""
+
+    def _take(self, group: int, handle: int, length: int, data: bytes, client: bytes) -> bytes:
+        content = self.open[handle][2]
+        part = bytes(content[:length])
+        del content[:length]
+        return part
+
+    def _append(self, group: int, handle: int, length: int, data: bytes, client: bytes) -> bytes:
+        self.open[handle][2].extend(data)
+        return b""
+
+
+def test_file_of_a_slave_goes_both_ways(tmp_path: Path) -> None:
+    text = """PROGRAM MAIN VAR step : INT; load, store : FB_EcFoeLoad; open : FB_EcFoeOpen; END_VAR
+        CASE step OF
+        0: load(nSlaveAddr := 1001, sPathName := 'FW.bin', eMode := eFoeMode_Read,
+            bExecute := TRUE);
+            IF NOT load.bBusy THEN step := 1; END_IF
+        1: store(nSlaveAddr := 1002, sPathName := 'FW.bin', bExecute := TRUE);
+            IF NOT store.bBusy THEN step := 2; bEcFoeOpenFileNameWithFileExt := TRUE; END_IF
+        2: open(nPort := 1001, sPathName := 'c:\\x.y\\New.txt', eMode := eFoeMode_Write,
+            bExecute := TRUE);
+            IF NOT open.bBusy THEN step := 3; END_IF
+        END_CASE END_PROGRAM"""
+    (tmp_path / "a.st").write_text(text, encoding="utf-8")
+    (tmp_path / "shown").mkdir()
+    document = {"plc": [{"sources": "a.st"}], "system": {"root": "shown"}}
+    station = Station(parse(document, "a.toml"), base=tmp_path)
+    bus = FileBus()
+    content = bus.files["FW"]
+    for port in (0xFFFF, 1001, 1002):
+        bus.attach(station.router, port)
+    station.advance(3)
+    plc = station.plcs[851]
+    assert plc.failure == ""
+    main: Any = plc.instance("MAIN")
+    assert main["step"] == 3
+    assert (main["load"]["nErrId"], main["load"]["cbLoad"]) == (0, 2500)
+    assert (main["store"]["nErrId"], main["store"]["cbLoad"]) == (0, 2500)
+    assert (tmp_path / "shown/FW.bin").read_bytes() == content
+    assert bus.files == {"FW": content}
+    assert (bus.states, bus.visited) == (STATES, {1, 3, 8})
+    assert main["open"]["hFoe"]["handle"] == 3
+    assert bus.open[3][0] == "New.txt"
