@@ -22,7 +22,7 @@ _NAMES: Mapping[str, str] = {
     r"|SerialLine\w+|EL6(?:in|out)Data\w+|KL6\w+|PcComm\w+",
     "tc2_modbusrtu": r"Modbus\w+",
     "tc2_dataexchange": r"FB_(?:Read|Write)AdsSym\w+",
-    "tc3_vision": r"(?:FB_VN|F_VN|ST_VN|E_VN|ITcVn)\w+",
+    "tc3_vision": r"(?:FB_VN|F_VN|ST_VN|E_VN|[EI]?TcVn)\w+|TCVN_\w+|ContainerType_\w+",
     "tc3_dynamicmemory": r"FB_DynMem\w+",
     "tc2_mdp": r"\w+_MDP_\w+",
     "tc3_packml_v3": r"\w*_?PMLV?\w+|\w*PackML\w*",

@@ -132,3 +132,38 @@ def test_interfaces_are_known_by_name_and_use(tmp_path: Path, uses: str, lines: 
     assert check(project.declarations).faults == ()
     text = project.stand_ins["types.st"].splitlines()
     assert set(lines) <= set(text)
+
+
+def test_values_and_indices_of_missing_types() -> None:
+    """Bare labels of CASE are values of the selector's type; values that index count from the
+    array's first index; a type that is indexed is an array."""
+    text = """
+    TYPE ST_In : STRUCT a : INT; END_STRUCT END_TYPE
+    VAR_GLOBAL CONSTANT nMost : INT := 4; END_VAR
+    FUNCTION F_Number : INT VAR_INPUT nValue : INT; END_VAR END_FUNCTION
+    PROGRAM MAIN
+    VAR
+        eState : E_State; aPoint : T_Point; aItems : ARRAY [1..nMost] OF ST_In; x : LREAL;
+        aTable : ARRAY [1..2] OF ARRAY [1..nMost] OF ST_In;
+        fb : FB_Own; fbBase : FB_Missing(nSize := 1); iOne : I_Stage := fbBase;
+    END_VAR
+    CASE eState OF CS_FIRST, CS_SECOND: x := aPoint[1]; END_CASE
+    aItems[E_Item.First].a := F_Number(fb.eKind);
+    fb.Take(aAll := aTable, slogText := CONCAT('a', 'b'));
+    fbBase(bRun := TRUE);
+    x := iOne.Position;
+    fbEvent.CreateEx(TC_EVENTS.Mine.Low, TRUE, 0);
+    END_PROGRAM
+    FUNCTION_BLOCK FB_Own EXTENDS FB_Base END_FUNCTION_BLOCK
+    """
+    files = files_of(text)
+    types = files["types.st"]
+    assert "TYPE E_State : (CS_FIRST, CS_SECOND); END_TYPE" in types
+    assert "CS_FIRST" not in files.get("constants.st", "")
+    assert "TYPE T_Point : ARRAY [0..1] OF LREAL; END_TYPE" in types
+    assert "TYPE E_Item : (First := 1); END_TYPE" in types
+    assert "eKind : INT;" in types
+    assert "aAll : ARRAY [*] OF ARRAY [1..nMost] OF ST_In;" in types
+    assert "slogText : STRING(255);" in types
+    assert "INTERFACE I_Stage" in types
+    assert "Low : TcEventEntry;" in types

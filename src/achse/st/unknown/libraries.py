@@ -15,7 +15,8 @@ import re
 from collections.abc import Callable, Container, Iterable, Sequence
 from difflib import get_close_matches
 
-from achse.st.unknown.meanings import Meanings, is_built_in
+from achse.st.unknown.built_in import is_built_in
+from achse.st.unknown.meanings import Meanings
 from achse.st.unknown.standins import is_list
 from achse.st.unknown.uses import MissingUse
 

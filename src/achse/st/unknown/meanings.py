@@ -51,55 +51,20 @@ from achse.st.syntax.units import (
     Property,
     TypeDeclaration,
 )
+from achse.st.unknown.built_in import is_built_in
 from achse.st.unknown.trees import bases_of, is_plain, literal_text, part_of
-from achse.st.unknown.uses import MissingUse
+from achse.st.unknown.uses import LONG_TEXT, MissingUse
 from achse.st.values.functions import is_standard
 
 _IDENTIFIER = re.compile(r"\w+(?:\.\w+)*", re.ASCII)
 TRUTHS = ("AND", "OR", "XOR", "AND_THEN", "OR_ELSE", "&")
 _COMPARING = ("=", "<>", "<", "<=", ">", ">=")
+_TEXTS = ("CONCAT", "DELETE", "INSERT", "LEFT", "MID", "REPLACE", "RIGHT")
+"""Functions that return a string."""
 _LONG_SUM = 8
 """Most operands of one expression whose types are looked up."""
-_BUILT_IN = frozenset(
-    (
-        "ADR",
-        "ADRINST",
-        "BITADR",
-        "SIZEOF",
-        "XSIZEOF",
-        "INDEXOF",
-        "LOWER_BOUND",
-        "UPPER_BOUND",
-        "TEST_AND_SET",
-        "TIME",
-        "LTIME",
-        "__NEW",
-        "__DELETE",
-        "__ISVALIDREF",
-        "__QUERYINTERFACE",
-        "__QUERYPOINTER",
-        "__VARINFO",
-        "__POUNAME",
-        "__POSITION",
-        "__CURRENTTASK",
-        "TWINCAT_SYSTEMINFOVARLIST",
-        "_APPINFO",
-        "_TASKINFO",
-        "GETCURTASKINDEXEX",
-        "F_RAISEEXCEPTION",
-        "SUCCEEDED",
-        "FAILED",
-    )
-)
-"""Names that need no declaration."""
-
 Sense: TypeAlias = "MissingUse | DeclaredUnit | tuple[TypeSpec, Scope] | None"
 """Of an expression: a missing name, a unit, a declared type and where it is seen from, neither."""
-
-
-def is_built_in(name: str) -> bool:
-    """Return True for a name of the language or the runtime, which needs no declaration."""
-    return name.upper() in _BUILT_IN or is_standard(name.upper())
 
 
 class Meanings:
@@ -241,7 +206,7 @@ class Meanings:
 
     def _named(self, name: str, scope: Scope, *, is_space: bool = False) -> Sense:
         key = name.lower()
-        if key in scope.values or is_standard(name.upper()) or name.upper() in _BUILT_IN:
+        if key in scope.values or is_built_in(name):
             return None
         if key.startswith("__"):
             return None
@@ -467,7 +432,10 @@ class Meanings:
 
     def _index(self, whole: Sense, indices: Sequence[Expression]) -> Sense:
         if isinstance(whole, tuple):
-            return self.element(whole)
+            type = self.type_use(whole)
+            if type is None or type.block is not None or type.is_opaque:
+                return self.element(whole)
+            whole = type
         if not isinstance(whole, MissingUse):
             return None
         whole.element = whole.element or MissingUse(whole.name)
@@ -475,6 +443,15 @@ class Meanings:
             if isinstance(index, Literal) and index.text.isdecimal() and len(index.text) < 5:
                 whole.highest = max(whole.highest, int(index.text))
         return whole.element
+
+    def enumeration_of(self, tree: Expression, scope: Scope) -> MissingUse | None:
+        """Return the missing enumeration that a value with its name in front is of."""
+        if not isinstance(tree, Member) or not isinstance(tree.of, Name):
+            return None
+        found = self.of(tree, scope)
+        if isinstance(found, MissingUse):
+            return found.space
+        return self.types.get(tree.of.name.lower())
 
     def element(self, whole: tuple[TypeSpec, Scope]) -> tuple[TypeSpec, Scope] | None:
         spec, scope = whole
@@ -540,10 +517,17 @@ class Meanings:
         if isinstance(spec, ArrayOf) and (inner := self.spec_text((spec.element, scope))):
             if inner.startswith("ARRAY [*"):
                 return ""
-            is_known = all(map(is_plain, spec.dimensions))
+            is_known = all(is_plain(one, self._is_constant) for one in spec.dimensions)
             bounds = spec.dimensions if is_known else (None,) * len(spec.dimensions)
             return print_type(replace(spec, dimensions=bounds, element=NamedType(inner)))
         return ""
+
+    def _is_constant(self, tree: Expression) -> bool:
+        """Return True for a variable of a list, which all files know by that name."""
+        if isinstance(tree, Member) and isinstance(tree.of, Name):
+            entry = self._scopes.find(tree.of.name, "")
+            return entry is not None and isinstance(entry.tree, GlobalList)
+        return isinstance(tree, Name) and tree.name.lower() in self._scopes.globals
 
     def text(self, tree: Expression, scope: Scope) -> str:
         """The type of an expression, where it shows."""
@@ -566,6 +550,8 @@ class Meanings:
             name = tree.of.name.upper()
             if name == "ADR":
                 return "PVOID"
+            if name in _TEXTS:
+                return LONG_TEXT
             if "TO_" in name and is_standard(name):
                 return name.rpartition("TO_")[2]
         found = self.of(tree, scope)

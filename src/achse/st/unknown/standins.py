@@ -81,6 +81,8 @@ _LIST = re.compile(r"GVL|Global|Const|Param|Lib|^Tc\d|^G_", re.IGNORECASE)
 _INTERFACE = re.compile(r"I_?[A-Z][a-z]|ITc[A-Z]|I_")
 _QUALIFIED = re.compile(r"(?:[^\W\d]\w*\.)+([^\W\d]\w*)", re.ASCII)
 _NAME = re.compile(r"[^\W\d]\w*", re.ASCII)
+_EVENTS = "TC_EVENTS"
+"""List of the event classes of a project, whose members are their events."""
 _PARAMETERS = ("VAR_INPUT", "VAR_OUTPUT", "VAR_IN_OUT")
 
 
@@ -106,12 +108,16 @@ class _Writer:
 
     def files(self) -> dict[str, str]:
         lists: dict[str, dict[str, MissingUse]] = {}
+        values = {key for use in self._types.values() if _has_values(use) for key in use.values}
         for key, use in self._names.items():
             if key in self._types or not _is_name(use.name):
                 continue
+            if key in values and not use.is_called and not use.members:
+                continue  # a value of an enumeration, named without it
             if key in self._lists and not use.is_called:
                 if _is_enumeration(use):
-                    self._enumeration(use.name, [one.name for one in use.members.values()])
+                    names = [one.name for one in use.members.values()]
+                    self._enumeration(use.name, names, use.first)
                     continue
                 variables = self._of_library(use)
                 if variables:
@@ -136,8 +142,13 @@ class _Writer:
                 continue
             if use.is_called and (use.is_method or not use.members):
                 self._function(use)
+            elif use.members and space.name.upper() == _EVENTS:
+                for event in use.members.values():
+                    event.type = "TcEventEntry"
+                variables[key] = use
             elif use.members and _is_enumeration(use):
-                self._enumeration(use.name, [one.name for one in use.members.values()])
+                names = [one.name for one in use.members.values()]
+                self._enumeration(use.name, names, use.first)
             else:
                 variables[key] = use
         return variables
@@ -212,8 +223,8 @@ class _Writer:
             lines = list(self._structure(name, use.block))
         elif _ANY <= use.members.keys() <= {*_ANY, "typeclass"}:
             lines = [f"TYPE {name} : __SYSTEM.AnyType; END_TYPE"]
-        elif use.values and not use.is_structure and not use.members and not _is_block(use):
-            self._enumeration(name, use.values.values())
+        elif _has_values(use):
+            self._enumeration(name, use.values.values(), use.first)
             return
         elif _is_block(use):
             lines = list(self._block(name, use))
@@ -230,11 +241,12 @@ class _Writer:
             lines = [_MARK, f"FUNCTION_BLOCK {name} // what is it?", "END_FUNCTION_BLOCK"]
         self._texts[name.lower()] = lines
 
-    def _enumeration(self, name: str, values: Iterable[str]) -> None:
+    def _enumeration(self, name: str, values: Iterable[str], first: int) -> None:
         known = self._values.setdefault(name.lower(), {})
         for value in values:
             known.setdefault(value.lower(), value)
-        told = ", ".join(known.values())
+        start = f" := {first}" if first else ""
+        told = ", ".join(f"{value}{'' if n else start}" for n, value in enumerate(known.values()))
         self._texts[name.lower()] = [f"TYPE {name} : ({told}); END_TYPE // numbers?"]
 
     def _block(self, name: str, use: MissingUse) -> Iterator[str]:
@@ -449,6 +461,12 @@ def _is_name(name: str) -> bool:
         and name.lower() not in ELEMENTARY
         and not name.startswith("__")
     )
+
+
+def _has_values(use: MissingUse) -> bool:
+    """Return True if a missing type is an enumeration by its uses."""
+    is_other = use.is_structure or use.members or _is_block(use)
+    return bool(use.values) and not is_other
 
 
 def _is_block(use: MissingUse) -> bool:

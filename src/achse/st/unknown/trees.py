@@ -3,22 +3,43 @@
 Source: IEC 61131-3 (2013) table 19 (calls), 11 (types): what uses say of a declaration.
 """
 
+from collections.abc import Callable, Iterator
+from dataclasses import fields
 from typing import Any
 
 from achse.iec.derived import InterfaceType, resolved
 from achse.iec.errors import IecError
 from achse.iec.structs import StructType
 from achse.iec.times import TimeType
+from achse.st.declared.scopes import blocks_of
 from achse.st.lexis.literals import literal_value
-from achse.st.syntax.tree import Literal, NamedType, Range
-from achse.st.syntax.units import Interface, Unit
+from achse.st.syntax.tree import (
+    ArrayOf,
+    EnumOf,
+    Expression,
+    Literal,
+    Member,
+    Name,
+    NamedType,
+    PointerTo,
+    Range,
+    ReferenceTo,
+    StringOf,
+    Subrange,
+    TypeSpec,
+    VarBlock,
+)
+from achse.st.syntax.units import Function, Interface, Method, Property, Unit
 from achse.st.unknown.uses import LONG_TEXT, MissingUse
 
+_PARAMETERS = ("VAR_INPUT", "VAR_OUTPUT", "VAR_IN_OUT")
 
-def is_plain(dimension: Range | None) -> bool:
-    """Return True if the bounds of a dimension are literals."""
+
+def is_plain(dimension: Range | None, is_constant: Callable[[Expression], bool]) -> bool:
+    """Return True if the bounds of a dimension are literals or constants that all files know."""
     return dimension is not None and all(
-        isinstance(bound, Literal) for bound in (dimension.low, dimension.high)
+        isinstance(bound, Literal) or is_constant(bound)
+        for bound in (dimension.low, dimension.high)
     )
 
 
@@ -28,6 +49,19 @@ def bases_of(unit: Unit) -> tuple[NamedType, ...]:
         return unit.extends
     base = getattr(unit, "extends", None)
     return (base,) if isinstance(base, NamedType) else ()
+
+
+def parameters_of(unit: Unit) -> list[TypeSpec]:
+    """Return the types of the parameters of a function, in the order of a call by position."""
+    if not isinstance(unit, Function):
+        return []
+    return [
+        one.type
+        for block in unit.blocks
+        if block.section in _PARAMETERS
+        for one in block.variables
+        for _ in one.names
+    ]
 
 
 def part_of(type: StructType[Any], name: str) -> MissingUse | None:
@@ -61,3 +95,60 @@ def literal_text(tree: Literal) -> str:
     if type is not None:
         return type.name
     return "LREAL" if isinstance(value, float) else "DINT"
+
+
+def children(tree: Any) -> Iterator[Any]:
+    """The nodes right below one."""
+    for item in fields(tree):
+        value = getattr(tree, item.name)
+        for one in value if isinstance(value, tuple) else (value,):
+            if hasattr(one, "__dataclass_fields__"):
+                yield one
+
+
+def numbers_of(spec: TypeSpec) -> Iterator[tuple[Expression, bool]]:
+    """The bounds and lengths in a type, and whether each is a first index."""
+    if isinstance(spec, StringOf) and spec.length is not None:
+        yield spec.length, False
+    elif isinstance(spec, ArrayOf):
+        for part in spec.dimensions:
+            if part is not None:
+                yield from ((part.low, True), (part.high, False))
+        yield from numbers_of(spec.element)
+    elif isinstance(spec, PointerTo | ReferenceTo):
+        yield from numbers_of(spec.target)
+    elif isinstance(spec, Subrange):
+        yield from ((spec.limits.low, True), (spec.limits.high, False))
+    elif isinstance(spec, NamedType):
+        yield from ((item, False) for item in spec.generics)
+    elif isinstance(spec, EnumOf):
+        yield from ((item.value, False) for item in spec.values if item.value is not None)
+
+
+def leaves(tree: Expression) -> Iterator[Expression]:
+    """The names that an expression is made of."""
+    stack: list[Any] = [tree]
+    while stack:
+        one = stack.pop()
+        if isinstance(one, Name | Member):
+            yield one
+        else:
+            stack += children(one)
+
+
+def blocks_and_results(unit: Unit) -> Iterator[tuple[VarBlock | None, TypeSpec | None]]:
+    """The blocks of variables and results of a unit and its parts."""
+    for block in blocks_of(unit):
+        yield block, None
+    if isinstance(unit, Function):
+        yield None, unit.returns
+    for part in getattr(unit, "parts", ()):
+        inside: list[Any] = [part]
+        if isinstance(part, Property):
+            yield None, part.type
+            inside = [item for item in (part.get, part.set) if item is not None]
+        elif isinstance(part, Method):
+            yield None, part.returns
+        for owner in inside:
+            for block in getattr(owner, "blocks", ()):
+                yield block, None

@@ -54,6 +54,8 @@ class MissingUse:
     """True if uses show different types."""
     is_space: bool = False
     """True if it is the name of a library in front of a declared name."""
+    first: int = 0
+    """Lowest index of an array that a value is used with, of an enumeration."""
     generics: int = 0
     """Number of constants that are passed where it is named."""
     element: "MissingUse | None" = None

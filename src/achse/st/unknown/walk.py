@@ -4,7 +4,6 @@ Source: IEC 61131-3 (2013) table 19 (calls), 11 (types): what uses say of a decl
 """
 
 from collections.abc import Iterable, Iterator
-from dataclasses import fields
 from typing import Any
 
 from achse.st.declared.resolve import Resolver
@@ -24,6 +23,8 @@ from achse.st.syntax.tree import (
     Expression,
     For,
     If,
+    Index,
+    Literal,
     Member,
     MemberInitial,
     Name,
@@ -32,10 +33,8 @@ from achse.st.syntax.tree import (
     Range,
     ReferenceTo,
     RepeatUntil,
-    StringOf,
     StructInitial,
     StructOf,
-    Subrange,
     TypeSpec,
     Unary,
     UnionOf,
@@ -45,16 +44,22 @@ from achse.st.syntax.tree import (
 from achse.st.syntax.units import (
     Accessor,
     Action,
-    Function,
     FunctionBlock,
     Interface,
     Method,
     Property,
     TypeDeclaration,
-    Unit,
 )
 from achse.st.unknown.meanings import TRUTHS, Meanings, Sense
-from achse.st.unknown.trees import bases_of, part_of
+from achse.st.unknown.trees import (
+    bases_of,
+    blocks_and_results,
+    children,
+    leaves,
+    numbers_of,
+    parameters_of,
+    part_of,
+)
 from achse.st.unknown.uses import MissingUse
 
 _NUMBERS = ("+", "-", "*", "/", "MOD")
@@ -115,7 +120,7 @@ class MissingNames:
                 self.meanings.use(interface).is_interface = True
         if isinstance(tree, TypeDeclaration):
             self._in_spec(tree.type, scope)
-        for block, returns in _inner(tree):
+        for block, returns in blocks_and_results(tree):
             if returns is not None:
                 self._in_spec(returns, scope)
             for declaration in () if block is None else block.variables:
@@ -228,15 +233,15 @@ class MissingNames:
         tree, spec = declaration.initial, declaration.type
         if not isinstance(spec, NamedType) or spec.name.lower() not in _COUNTS:
             return
-        for name in _leaves(tree) if isinstance(tree, Expression) else ():
+        for name in leaves(tree) if isinstance(tree, Expression) else ():
             use = self.meanings.constant(name, scope)
             if isinstance(use, MissingUse) and not use.is_called:
                 use.is_bound = True
 
     def _in_bounds(self, spec: TypeSpec, scope: Scope) -> None:
         """Lengths and bounds are whole numbers."""
-        for tree, is_low in _numbers_of(spec):
-            for name in _leaves(tree):
+        for tree, is_low in numbers_of(spec):
+            for name in leaves(tree):
                 use = self.meanings.constant(name, scope)
                 if isinstance(use, MissingUse):
                     use.is_bound = True
@@ -293,11 +298,18 @@ class MissingNames:
         elif isinstance(tree, Expression):
             self._in_expression(tree, scope)
             text = self.meanings.text(tree, scope)
-            if use is not None:
+            if use is not None and self._is_block(text):
+                use.is_interface = True
+            elif use is not None:
                 use.told(text)
                 self._value_of(tree, use, scope)
             elif at is not None:
                 self._note_use(self.meanings.of(tree, scope), self.meanings.spec_text(at))
+
+    def _is_block(self, type: str) -> bool:
+        """Return True for the name of a function block, declared or missing."""
+        use = self.meanings.types.get(type.lower())
+        return type.lower() in self.blocks or (use is not None and use.is_block)
 
     def _in_member(
         self,
@@ -371,7 +383,7 @@ class MissingNames:
             for label in labels:
                 if not isinstance(label, Range):
                     self._compared(tree.selector, label, scope)
-        for inner in _children(tree):
+        for inner in children(tree):
             if isinstance(inner, Range):
                 self._in_expression(inner.low, scope)
                 self._in_expression(inner.high, scope)
@@ -394,12 +406,25 @@ class MissingNames:
                 self._note_use(self.meanings.of(tree.operand, scope), "BOOL")
             elif isinstance(tree, Call):
                 self._call(tree, scope)
+            elif isinstance(tree, Index):
+                self._index(tree, scope)
             else:
                 self.meanings.of(tree, scope)
             if not (isinstance(tree, Member) and isinstance(tree.of, Name)):
-                stack += [item for item in _children(tree) if isinstance(item, Expression)]
+                stack += [item for item in children(tree) if isinstance(item, Expression)]
             if isinstance(tree, Call):
                 stack += [item.value for item in tree.arguments if item.value is not None]
+
+    def _index(self, tree: Index, scope: Scope) -> None:
+        """Note the lowest index of an array: values of a missing enumeration count from it."""
+        self.meanings.of(tree, scope)
+        whole = self.meanings.of(tree.of, scope)
+        if not isinstance(whole, tuple) or not isinstance(whole[0], ArrayOf):
+            return
+        for index, bounds in zip(tree.indices, whole[0].dimensions, strict=False):
+            use = self.meanings.enumeration_of(index, scope)
+            if use is not None and bounds is not None and isinstance(bounds.low, Literal):
+                use.first = int(bounds.low.text) if bounds.low.text.isdecimal() else 0
 
     def _binary(self, tree: Binary, scope: Scope) -> None:
         if tree.operator.upper() in TRUTHS:
@@ -452,7 +477,11 @@ class MissingNames:
         if callee is None:
             return
         inside = self._scopes.scope(callee)
-        for argument in tree.arguments:
+        inputs = parameters_of(callee.tree)
+        for place, argument in enumerate(tree.arguments):
+            if argument.value is not None and not argument.name and place < len(inputs):
+                text = self.meanings.spec_text((inputs[place], inside))
+                self._told(self.meanings.of(argument.value, scope), text)
             if argument.value is None or not argument.name:
                 continue
             declared = self._scopes.own(argument.name.lower(), inside)
@@ -485,60 +514,3 @@ class MissingNames:
     def _note_use(found: Sense, text: str) -> None:
         if isinstance(found, MissingUse):
             found.told(text)
-
-
-def _children(tree: Any) -> Iterator[Any]:
-    """The nodes right below one."""
-    for item in fields(tree):
-        value = getattr(tree, item.name)
-        for one in value if isinstance(value, tuple) else (value,):
-            if hasattr(one, "__dataclass_fields__"):
-                yield one
-
-
-def _numbers_of(spec: TypeSpec) -> Iterator[tuple[Expression, bool]]:
-    """The bounds and lengths in a type, and whether each is a first index."""
-    if isinstance(spec, StringOf) and spec.length is not None:
-        yield spec.length, False
-    elif isinstance(spec, ArrayOf):
-        for part in spec.dimensions:
-            if part is not None:
-                yield from ((part.low, True), (part.high, False))
-        yield from _numbers_of(spec.element)
-    elif isinstance(spec, PointerTo | ReferenceTo):
-        yield from _numbers_of(spec.target)
-    elif isinstance(spec, Subrange):
-        yield from ((spec.limits.low, True), (spec.limits.high, False))
-    elif isinstance(spec, NamedType):
-        yield from ((item, False) for item in spec.generics)
-    elif isinstance(spec, EnumOf):
-        yield from ((item.value, False) for item in spec.values if item.value is not None)
-
-
-def _leaves(tree: Expression) -> Iterator[Expression]:
-    """The names that an expression is made of."""
-    stack: list[Any] = [tree]
-    while stack:
-        one = stack.pop()
-        if isinstance(one, Name | Member):
-            yield one
-        else:
-            stack += _children(one)
-
-
-def _inner(unit: Unit) -> Iterator[tuple[VarBlock | None, TypeSpec | None]]:
-    """The blocks of variables and results of a unit and its parts."""
-    for block in blocks_of(unit):
-        yield block, None
-    if isinstance(unit, Function):
-        yield None, unit.returns
-    for part in getattr(unit, "parts", ()):
-        inside: list[Any] = [part]
-        if isinstance(part, Property):
-            yield None, part.type
-            inside = [item for item in (part.get, part.set) if item is not None]
-        elif isinstance(part, Method):
-            yield None, part.returns
-        for owner in inside:
-            for block in getattr(owner, "blocks", ()):
-                yield block, None

@@ -1,0 +1,44 @@
+"""Names of the language and the runtime, which a project uses without a declaration.
+
+Source: IEC 61131-3 (2013) table 19 (calls); operators and system names of TwinCAT 3.
+"""
+
+from achse.st.values.functions import is_standard
+
+_BUILT_IN = frozenset(
+    (
+        "ADR",
+        "ADRINST",
+        "BITADR",
+        "SIZEOF",
+        "XSIZEOF",
+        "INDEXOF",
+        "LOWER_BOUND",
+        "UPPER_BOUND",
+        "TEST_AND_SET",
+        "TIME",
+        "LTIME",
+        "__NEW",
+        "__DELETE",
+        "__ISVALIDREF",
+        "__QUERYINTERFACE",
+        "__QUERYPOINTER",
+        "__VARINFO",
+        "__POUNAME",
+        "__POSITION",
+        "__CURRENTTASK",
+        "TWINCAT_SYSTEMINFOVARLIST",
+        "_APPINFO",
+        "_TASKINFO",
+        "GETCURTASKINDEXEX",
+        "F_RAISEEXCEPTION",
+        "SUCCEEDED",
+        "FAILED",
+    )
+)
+"""Names that need no declaration."""
+
+
+def is_built_in(name: str) -> bool:
+    """Return True for a name of the language or the runtime, which needs no declaration."""
+    return name.upper() in _BUILT_IN or is_standard(name.upper())
