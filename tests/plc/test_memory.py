@@ -123,8 +123,8 @@ def test_bytes_allocated_after_the_initial_values_were_held_reset_to_zero() -> N
 
 def test_an_area_ends_where_the_addresses_of_pointers_end() -> None:
     region = Memory()[Area.DATA]
-    with pytest.raises(AreaFullError, match="data has at most 268435456 bytes"):
-        region.place((1 << 28) - 1, 2)
+    with pytest.raises(AreaFullError, match="data has at most 536870912 bytes"):
+        region.place((1 << 29) - 1, 2)
     assert len(region) == 0x1_0000
 
 

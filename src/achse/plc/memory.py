@@ -41,8 +41,8 @@ _GROWTH = 0x1_0000
 _HEADROOM = 1024
 """Memory behind the last variable: clients read a STRING by its address with 1024 bytes."""
 
-ADDRESS_BITS = 28
-"""Each area has a range of 256 MiB in the address space of pointers, the first one above NULL."""
+ADDRESS_BITS = 29
+"""Each area has a range of 512 MiB in the address space of pointers, the first one above NULL."""
 
 SPARSE = 1 << 22
 """An area made this large takes memory only where something is in it: the symbol files of real

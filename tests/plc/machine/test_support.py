@@ -13,6 +13,7 @@ from achse.native.backend import (
     compile_module,
 )
 from achse.plc.machine.support import AREA_WORDS, CALLBACKS, INTERFACE, Support
+from achse.plc.memory import ADDRESS_BITS
 from achse.st.check.folding import rounded
 
 
@@ -49,11 +50,11 @@ def test_only_what_is_in_an_area_is_found() -> None:
     areas = CODE.words(AREA_WORDS)
     areas[4], areas[5] = address_of(memory), len(memory)
     locate = CODE.function("run locate")
-    start = 2 << 28
+    start = 2 << ADDRESS_BITS
     assert locate(start + 8, 56) == address_of(memory) + 8
     for address, size in (
-        (start + 8, 57), (start + 64, 1), (start - 1, 1), (0, 1), (9 << 28, 1), (1 << 63, 1),
-        (8 << 28, 1), ((1 << 64) - 1, 2), (3 << 28, 1),
+        (start + 8, 57), (start + 64, 1), (start - 1, 1), (0, 1), (1 << 63, 1),
+        (9 << ADDRESS_BITS, 1), (8 << ADDRESS_BITS, 1), ((1 << 64) - 1, 2), (3 << ADDRESS_BITS, 1),
     ):  # fmt: skip
         assert not locate(address, size)
 

@@ -93,11 +93,12 @@ class KeptDocuments(ABC, Generic[Node]):
         self._roots[document] = self._keep(self._empty(), None)
         return document
 
-    def end(self, document: int) -> None:
-        """Forget a document."""
+    def end(self, document: int) -> bool:
+        """Forget a document, and return True if there was one."""
         root = self._roots.pop(document, None)
         if root is not None:
             self._drop(root)
+        return root is not None
 
     def root(self, document: int) -> int:
         """Return the number of the node that holds the whole document."""
