@@ -273,7 +273,7 @@ class _Writer:
                 if one.name.lower() not in signed:
                     yield from self._property(one, name)
             methods = [one for one in methods if one.name.lower() not in signed]
-            yield from self._by_signature(use)
+            yield from self._by_signature(use, is_block=True)
             inputs, passed, outputs = [], [], []
         if use.generics:
             numbers = ", ".join(f"nGeneric{number + 1}" for number in range(use.generics))
@@ -346,12 +346,19 @@ class _Writer:
             waiting += new
         return found
 
-    def _by_signature(self, use: MissingUse) -> Iterator[str]:
-        """The methods and properties that a symbol file has of a type."""
+    def _by_signature(self, use: MissingUse, *, is_block: bool = False) -> Iterator[str]:
+        """The methods and properties that a symbol file has of a type.
+
+        A property of a block that returns a reference refers to a variable of its own.
+        """
         if use.signature is None:
             return
         for item in use.signature.properties.values():
-            accessors = ["GET END_GET"] * item.readable + ["SET END_SET"] * item.writable
+            target = self._own_names(item.type).removeprefix("REFERENCE TO ")
+            is_reference = is_block and item.type.startswith("REFERENCE TO ")
+            body = f"VAR_STAT target : {target}; END_VAR {item.name} REF= target; "
+            getter = f"GET {body if is_reference else ''}END_GET"
+            accessors = [getter] * item.readable + ["SET END_SET"] * item.writable
             yield f"PROPERTY {item.name} : {self._own_names(item.type)}"
             yield " ".join(accessors)
             yield "END_PROPERTY"
