@@ -7,8 +7,8 @@ from tests.plc.code.conftest import Ran
 
 BLOCK = """FUNCTION_BLOCK FB_Held IMPLEMENTS ITcUnknown
 VAR_OUTPUT nReleased : INT; END_VAR
-METHOD TcAddRef : DINT END_METHOD
-METHOD TcRelease : DINT nReleased := nReleased + 1; END_METHOD
+METHOD TcAddRef : UDINT END_METHOD
+METHOD TcRelease : UDINT nReleased := nReleased + 1; END_METHOD
 END_FUNCTION_BLOCK
 """
 

@@ -54,7 +54,7 @@ _NAMES: Mapping[str, str] = {
     "tc3_mc3planarmotion": r"(?:MC|CDT)_\w+|(?:ST|E|I|IPlc)_?\w*(?:Planar|Mover|Track)\w*"
     r"|Planar\w+",
     "tc3_module": r"ITCom\w*|ITc[A-Z]\w*|FW_\w+|TCOM\w*|TC_GLOBAL_\w+"
-    r"|(?:IID|CLSID|CTC|OTCID|PTCID)_?\w*|Guid\w+|ITCUNKNOWN_TO_\w+",
+    r"|(?:IID|CLSID|CTC|OTCID|PTCID)_?\w*|Guid\w+|ITCUNKNOWN_TO_\w+|ERR_[A-Z]\w+",
     "tc3_plcopen_opcua": r"UA_\w+|UA(?-i:[A-Z])\w+|(?:FB|F)_(?:OPC)?UA_\w+|(?:ST|E)_UA\w+",
     "visuelemeventtable": r"FB_ReadTc3Events\w*|ST_ReadEvent\w*|E_DATEANDTIMEFORMAT",
     "recipe_management": r"Recipe\w+",

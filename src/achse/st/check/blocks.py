@@ -129,10 +129,19 @@ class Blocks:
                         keys.add(one.name.lower())
                         keys |= {base.name.lower() for base in self.bases_of_interface(one)}
                     else:
-                        keys.add(named.name.lower())
+                        keys |= self._given_interfaces(named.name)
             if isinstance(entry.tree, Interface):
                 keys |= {base.name.lower() for base in self.bases_of_interface(entry)}
             found = self._interfaces[id(entry)] = frozenset(keys)
+        return found
+
+    def _given_interfaces(self, name: str) -> set[str]:
+        """Return the keys of an interface of a symbol file and of its bases there."""
+        found: set[str] = set()
+        while name and name.lower() not in found:
+            found.add(name.lower())
+            signature = self._names.given.signature(name)
+            name = "" if signature is None else signature.extends
         return found
 
     def implements(self, type: StructType[Any], interface: InterfaceType) -> bool | None:

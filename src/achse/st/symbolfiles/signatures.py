@@ -55,6 +55,8 @@ def read_signature(
 
 def _base(element: Element, text_of: Callable[[Element, Element], str]) -> str:
     extended = element.find("ExtendsType")
+    if extended is None and element.find("Method") is not None:
+        extended = element.find("BaseType")  # of an interface of TcCOM
     text = "" if extended is None else text_of(extended, extended)
     return "" if text.lower() in _ROOTS else text
 

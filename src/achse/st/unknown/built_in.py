@@ -3,6 +3,7 @@
 Source: IEC 61131-3 (2013) table 19 (calls); operators and system names of TwinCAT 3.
 """
 
+from achse.st.unknown.uses import LONG_TEXT
 from achse.st.values.functions import is_standard
 
 _BUILT_IN = frozenset(
@@ -42,3 +43,17 @@ _BUILT_IN = frozenset(
 def is_built_in(name: str) -> bool:
     """Return True for a name of the language or the runtime, which needs no declaration."""
     return name.upper() in _BUILT_IN or is_standard(name.upper())
+
+
+_TEXTS = ("CONCAT", "DELETE", "INSERT", "LEFT", "MID", "REPLACE", "RIGHT")
+"""Functions that return a string."""
+
+
+def result_text(name: str) -> str:
+    """Return the type that a function returns, as text; empty if its name does not show it."""
+    key = name.upper()
+    if key == "ADR":
+        return "PVOID"
+    if key in _TEXTS:
+        return LONG_TEXT
+    return key.rpartition("TO_")[2] if "TO_" in key and is_standard(key) else ""

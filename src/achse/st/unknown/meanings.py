@@ -51,16 +51,20 @@ from achse.st.syntax.units import (
     Property,
     TypeDeclaration,
 )
-from achse.st.unknown.built_in import is_built_in
-from achse.st.unknown.trees import bases_of, is_plain, literal_text, part_of
-from achse.st.unknown.uses import LONG_TEXT, MissingUse
+from achse.st.unknown.built_in import is_built_in, result_text
+from achse.st.unknown.trees import (
+    bases_of,
+    is_plain,
+    is_variable_list,
+    literal_text,
+    part_of,
+)
+from achse.st.unknown.uses import MissingUse
 from achse.st.values.functions import is_standard
 
 _IDENTIFIER = re.compile(r"\w+(?:\.\w+)*", re.ASCII)
 TRUTHS = ("AND", "OR", "XOR", "AND_THEN", "OR_ELSE", "&")
 _COMPARING = ("=", "<>", "<", "<=", ">", ">=")
-_TEXTS = ("CONCAT", "DELETE", "INSERT", "LEFT", "MID", "REPLACE", "RIGHT")
-"""Functions that return a string."""
 _LONG_SUM = 8
 """Most operands of one expression whose types are looked up."""
 Sense: TypeAlias = "MissingUse | DeclaredUnit | tuple[TypeSpec, Scope] | None"
@@ -231,6 +235,8 @@ class Meanings:
         if key in self.types:
             return True, self.types[key]
         with suppress(Unexpected, Failed, IecError):
+            if is_variable_list(self._names.given.find(name, 0)):
+                return False, None
             if (
                 key in self._scopes.loose_values
                 or is_standard(name.upper())
@@ -303,6 +309,10 @@ class Meanings:
                     whole.is_space = True
                     return found
                 self.lists[of.name.lower()] = whole
+                given = self._names.given.find(of.name, 0)
+                if is_variable_list(given) and (listed := part_of(given, name)) is not None:
+                    whole.is_space = True
+                    return whole.members.setdefault(name.lower(), listed)
                 whole.member(name).space = whole
             return whole.member(name)
         if isinstance(whole, DeclaredUnit):
@@ -546,14 +556,9 @@ class Meanings:
                 tree = tree.left
             left = "" if isinstance(tree.left, Binary) else self.text(tree.left, scope)
             return left or ("BOOL" if tree.operator.upper() in TRUTHS else "")
-        if isinstance(tree, Call) and isinstance(tree.of, Name):
-            name = tree.of.name.upper()
-            if name == "ADR":
-                return "PVOID"
-            if name in _TEXTS:
-                return LONG_TEXT
-            if "TO_" in name and is_standard(name):
-                return name.rpartition("TO_")[2]
+        callee = tree.of if isinstance(tree, Call) else None
+        if isinstance(callee, Name) and (result := result_text(callee.name)):
+            return result
         found = self.of(tree, scope)
         if isinstance(found, tuple):
             return self.spec_text(found)

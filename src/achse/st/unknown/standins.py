@@ -79,6 +79,9 @@ _MARK = "{attribute 'stand_in'}"
 _LIST = re.compile(r"GVL|Global|Const|Param|Lib|^Tc\d|^G_", re.IGNORECASE)
 """Names that are those of lists and libraries, and not of enumerations."""
 _INTERFACE = re.compile(r"I_?[A-Z][a-z]|ITc[A-Z]|I_")
+_COM = re.compile(r"ITc[A-Z]")
+_ROOT = "ITcUnknown"
+"""Base of all interfaces of TcCOM."""
 _QUALIFIED = re.compile(r"(?:[^\W\d]\w*\.)+([^\W\d]\w*)", re.ASCII)
 _NAME = re.compile(r"[^\W\d]\w*", re.ASCII)
 _EVENTS = "TC_EVENTS"
@@ -97,6 +100,7 @@ def stand_ins(missing: MissingNames) -> dict[str, str]:
 class _Writer:
     def __init__(self, missing: MissingNames) -> None:
         found = missing.meanings
+        self._root = _ROOT if missing.declares(_ROOT) else ""
         self._types = found.types
         self._blocks = missing.blocks
         self._names = found.names
@@ -186,7 +190,9 @@ class _Writer:
     # types -----------------------------------------------------------------------------------
 
     def _type_of(self, use: MissingUse, owner: str) -> tuple[str, bool]:
-        """The type of a variable or member, and whether a use tells it."""
+        """The type of a variable or member, and True if a use or a symbol file tells it."""
+        if use.is_part:
+            return self._own_names(use.type), True
         if use.is_bound:
             return "INT", True
         if use.is_called and not (use.inputs or use.outputs):
@@ -387,7 +393,9 @@ class _Writer:
         return found is not None and (_is_block(found) or not _is_told(found))
 
     def _interface(self, name: str, use: MissingUse) -> Iterator[str]:
-        yield f"INTERFACE {name}{self._bases(use)}"
+        is_com = use.signature is None and _COM.match(name) and name != self._root
+        root = f" EXTENDS {self._root}" if is_com and self._root else ""
+        yield f"INTERFACE {name}{self._bases(use) or root}"
         yield from self._by_signature(use)
         signed = self._signed(use)
         for one in use.members.values():

@@ -5,12 +5,13 @@ Source: IEC 61131-3 (2013) table 19 (calls), 11 (types): what uses say of a decl
 
 from collections.abc import Callable, Iterator
 from dataclasses import fields
-from typing import Any
+from typing import Any, TypeGuard
 
 from achse.iec.derived import InterfaceType, resolved
 from achse.iec.errors import IecError
-from achse.iec.structs import StructType
+from achse.iec.structs import RecordKind, StructType
 from achse.iec.times import TimeType
+from achse.iec.types import IecType
 from achse.st.declared.scopes import blocks_of
 from achse.st.lexis.literals import literal_value
 from achse.st.syntax.tree import (
@@ -62,6 +63,13 @@ def parameters_of(unit: Unit) -> list[TypeSpec]:
         for one in block.variables
         for _ in one.names
     ]
+
+
+def is_variable_list(type: IecType[Any] | None) -> TypeGuard[StructType[Any]]:
+    """Return True for what a symbol file has of a list of variables: a type without memory."""
+    if not isinstance(type, StructType) or type.kind is not RecordKind.STRUCT:
+        return False
+    return bool(type.members) and not any(one.in_memory for one in type.members)
 
 
 def part_of(type: StructType[Any], name: str) -> MissingUse | None:

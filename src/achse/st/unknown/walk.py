@@ -103,6 +103,10 @@ class MissingNames:
         for key in [key for key, use in types.items() if not use.is_needed]:
             del types[key]
 
+    def declares(self, name: str) -> bool:
+        """Return True if the project or a library that it references declares a name."""
+        return self._scopes.find(name, "") is not None
+
     # types -----------------------------------------------------------------------------------
 
     def _in_types(self, entry: DeclaredUnit) -> None:
