@@ -16,6 +16,10 @@ from hypothesis import strategies as st
 from achse.fmu import Export
 from achse.fmu.compiler import binary_name, platform_folder
 from achse.fmu.model import UnitFile
+from tests.fmu import conftest
+
+compiler, unit = conftest.compiler, conftest.unit
+"""Fixtures: a compiler, and a unit made with it."""
 
 OK, ERROR = 0, 3
 LOG3 = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_int, ctypes.c_char_p, ctypes.c_char_p)
