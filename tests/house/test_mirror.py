@@ -36,6 +36,7 @@ WITHOUT_MODULE: dict[str, str] = {
     "tests/motion/couplings/test_cam_bounds.py": "each bound at which a cam changes",
     "tests/motion/couplings/test_cams_drawn.py": "cams, tables, commands and the kernel, at random",
     "tests/motion/couplings/test_every_law.py": "all laws, chains and the kernel, at random",
+    "tests/motion/couplings/test_renamed_positions.py": "commands of positions against laws",
     "tests/motion/couplings/test_life.py": "masters, laws, superposition and errors together",
     "tests/motion/couplings/test_refused.py": "every coupling and its refusals, at random",
     "tests/motion/tables/test_edited_tables.py": "tables, slaves and the cycle, at an edit",
@@ -59,6 +60,7 @@ WITHOUT_MODULE: dict[str, str] = {
     "tests/web/pages/test_modules.py": "the JavaScript of the pages, by node",
     "tests/motion/test_random_commands.py": "all commands and the kernel, at random",
     "tests/motion/test_random_dynamics.py": "what all commands and faults may make of a velocity",
+    "tests/motion/test_random_enables.py": "enables against every motion, in both kernels",
 }
 """Test files about several modules together, and why they stand apart."""
 

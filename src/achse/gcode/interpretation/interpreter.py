@@ -102,7 +102,7 @@ class Interpreter:
         self.blocks = 0
         """Blocks that ran so far: the counter of `Origin`."""
         self.steps = 0
-        """Lines that ran so far, with ends of texts and lines that are no blocks: the work done."""
+        """Lines that ran so far, with ends of texts and lines without a block: the work done."""
         self.origin = Origin(program.name, 1, 0, 0, 0)
         """The block that ran last."""
         self.unmade: Origin | None = None
