@@ -18,7 +18,7 @@ from achse.transport.tcp.listener import TcpListener
 _HOST = "127.0.0.1"
 
 
-class Call:
+class TimedCall:
     """A call to come; `cancel` makes it do nothing."""
 
     def __init__(self, callback: Callable[..., object], arguments: tuple[object, ...]) -> None:
@@ -41,8 +41,8 @@ class StationTurns(Phase):
 
     def __init__(self, station: Station) -> None:
         self._station = station
-        self._soon: list[Call] = []
-        self._calls: list[tuple[int, int, Call]] = []
+        self._soon: list[TimedCall] = []
+        self._calls: list[tuple[int, int, TimedCall]] = []
         self._number = 0
         station.cycle.add(self)
 
@@ -50,24 +50,30 @@ class StationTurns(Phase):
         """Station time, s."""
         return self._station.time_ns / 1e9
 
-    def call_soon(self, callback: Callable[..., object], *arguments: object) -> Call:
+    def call_soon(self, callback: Callable[..., object], *arguments: object) -> TimedCall:
         """Call with the next turn: after this cycle, or when `run` is called."""
-        call = Call(callback, arguments)
+        call = TimedCall(callback, arguments)
         self._soon.append(call)
         self.due_ns = min(self.due_ns, self._station.time_ns)
         return call
 
-    def call_at(self, when: float, callback: Callable[..., object], *arguments: object) -> Call:
+    def call_at(
+        self, when: float, callback: Callable[..., object], *arguments: object
+    ) -> TimedCall:
         """Call at a station time, s."""
         return self.call_at_ns(round(when * 1e9), callback, *arguments)
 
-    def call_later(self, delay: float, callback: Callable[..., object], *arguments: object) -> Call:
+    def call_later(
+        self, delay: float, callback: Callable[..., object], *arguments: object
+    ) -> TimedCall:
         """Call after so many seconds."""
         return self.call_at(self.time() + delay, callback, *arguments)
 
-    def call_at_ns(self, due_ns: int, callback: Callable[..., object], *arguments: object) -> Call:
+    def call_at_ns(
+        self, due_ns: int, callback: Callable[..., object], *arguments: object
+    ) -> TimedCall:
         """Call at a station time, ns."""
-        call = Call(callback, arguments)
+        call = TimedCall(callback, arguments)
         self._number += 1
         heapq.heappush(self._calls, (due_ns, self._number, call))
         self.due_ns = min(self.due_ns, due_ns)

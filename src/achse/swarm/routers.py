@@ -15,7 +15,7 @@ from achse.router.forwarding.journal import HandleJournal
 from achse.router.routes import Route
 from achse.swarm.clients import Client
 from achse.swarm.life import StationLife
-from achse.swarm.road import Call, Road, RoadTurns
+from achse.swarm.road import Road, RoadTurns, TimedCall
 from achse.swarm.talk import ConnectionLedger, Report
 from achse.swarm.worlds.world import DrawnRouter
 from achse.transport.connections.fair_queue import FairQueue
@@ -48,8 +48,8 @@ class RouterTurns:
 
     def __init__(self, life: StationLife) -> None:
         self._life = life
-        self._soon: list[Call] = []
-        self._calls: list[tuple[int, int, Call]] = []
+        self._soon: list[TimedCall] = []
+        self._calls: list[tuple[int, int, TimedCall]] = []
         self._number = 0
         self._armed_ns: float = float("inf")
         self._stopped = False
@@ -71,26 +71,32 @@ class RouterTurns:
         """Time of the world, s."""
         return self._life.now_ns() / 1e9
 
-    def call_soon(self, callback: Callable[..., object], *arguments: object) -> Call:
+    def call_soon(self, callback: Callable[..., object], *arguments: object) -> TimedCall:
         """Call with the next turn."""
-        call = Call(callback, arguments)
+        call = TimedCall(callback, arguments)
         if not self._stopped:
             if not self._soon:
                 self._life.turns.call_soon(self.run)
             self._soon.append(call)
         return call
 
-    def call_at(self, when: float, callback: Callable[..., object], *arguments: object) -> Call:
+    def call_at(
+        self, when: float, callback: Callable[..., object], *arguments: object
+    ) -> TimedCall:
         """Call at a time of the world, s."""
         return self.call_at_ns(round(when * 1e9), callback, *arguments)
 
-    def call_later(self, delay: float, callback: Callable[..., object], *arguments: object) -> Call:
+    def call_later(
+        self, delay: float, callback: Callable[..., object], *arguments: object
+    ) -> TimedCall:
         """Call after so many seconds."""
         return self.call_at(self.time() + delay, callback, *arguments)
 
-    def call_at_ns(self, due_ns: int, callback: Callable[..., object], *arguments: object) -> Call:
+    def call_at_ns(
+        self, due_ns: int, callback: Callable[..., object], *arguments: object
+    ) -> TimedCall:
         """Call at a time of the world, ns."""
-        call = Call(callback, arguments)
+        call = TimedCall(callback, arguments)
         if not self._stopped:
             self._number += 1
             heapq.heappush(self._calls, (due_ns, self._number, call))
@@ -126,7 +132,7 @@ class RouterLine:
     """The end of a road at the router that dialled: a line for its peer."""
 
     def __init__(self, turns: RoadTurns, peer: Peer, lost: Callable[[], object]) -> None:
-        self._turns, self._peer, self._lost = turns, peer, lost
+        self._turns, self._peer, self._report_end = turns, peer, lost
         self.road: Road
         self.over = False
 
@@ -139,7 +145,7 @@ class RouterLine:
         """The target has ended the connection."""
         if not self.over:
             self.over = True
-            self._lost()
+            self._report_end()
             self._peer.ended()
 
     def write(self, data: bytes, /) -> None:
@@ -163,7 +169,7 @@ class RouterLine:
         if not self.over:
             self.over = True
             self.road.hang_up(orderly=orderly)
-            self._lost()
+            self._report_end()
             self._turns.call_soon(self._peer.ended)
 
     def die(self) -> None:
@@ -181,7 +187,7 @@ class RouterLine:
         self.road.read(True)
 
 
-class Place(Protocol):
+class RoadTarget(Protocol):
     """A process that roads lead to, seen from a router."""
 
     def listening(self) -> tuple[TcpListener, RoadTurns, Callable[[], None]] | None:
@@ -284,7 +290,7 @@ class WorldRouter:
     """
 
     def __init__(
-        self, number: int, part: DrawnRouter, life: StationLife, beyond: Place, report: Report
+        self, number: int, part: DrawnRouter, life: StationLife, beyond: RoadTarget, report: Report
     ) -> None:
         self.number, self.part, self.beyond = number, part, beyond
         self.net_id = life.net_id

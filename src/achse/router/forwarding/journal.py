@@ -73,7 +73,7 @@ class HandleJournal:
         self._file = file
         self._counts: Counter[HeldHandle] = Counter()
         """Requests for each handle; in the order of the first of them."""
-        self._asked: dict[bytes, set[bytes]] = {}
+        self._devices_by_client: dict[bytes, set[bytes]] = {}
         """Devices that each client has asked."""
         self._slots: dict[HeldHandle, list[int]] = {}
         self._free: list[int] = []
@@ -90,7 +90,7 @@ class HandleJournal:
 
     def asked(self, alias: bytes, device: bytes) -> None:
         """A client asks a device for a handle."""
-        if device not in self._asked.get(alias, ()):
+        if device not in self._devices_by_client.get(alias, ()):
             self._add(HeldHandle(alias, bytes(device), 0))
 
     def fetched(self, alias: bytes, device: bytes, handle: int) -> None:
@@ -103,7 +103,7 @@ class HandleJournal:
 
     def forget_client(self, alias: bytes, net_id: bytes) -> None:
         """No answer comes for a client that holds nothing at the devices of a target."""
-        for device in list(self._asked.get(alias, ())):
+        for device in list(self._devices_by_client.get(alias, ())):
             if device[:6] == net_id:
                 self._remove(HeldHandle(alias, device, 0))
 
@@ -120,7 +120,7 @@ class HandleJournal:
     def _count(self, key: HeldHandle) -> None:
         self._counts[key] += 1
         if not key.handle:
-            self._asked.setdefault(key.alias, set()).add(key.device)
+            self._devices_by_client.setdefault(key.alias, set()).add(key.device)
 
     def _add(self, key: HeldHandle) -> None:
         self._count(key)
@@ -142,9 +142,9 @@ class HandleJournal:
         else:
             del self._counts[key]
             if not key.handle:
-                self._asked[key.alias].remove(key.device)
-                if not self._asked[key.alias]:
-                    del self._asked[key.alias]
+                self._devices_by_client[key.alias].remove(key.device)
+                if not self._devices_by_client[key.alias]:
+                    del self._devices_by_client[key.alias]
         slots = self._slots.get(key)
         if slots:
             slot = slots.pop()
@@ -226,11 +226,20 @@ class LinkJournal:
 
     def __init__(self, journal: HandleJournal, net_id: bytes) -> None:
         self._net_id = net_id
-        self.asked = journal.asked
-        self.fetched = journal.fetched
-        self.released = journal.released
-        self.forget_device = journal.forget_device
         self._journal = journal
+        self.forget_device = journal.forget_device
+
+    def asked(self, alias: bytes, device: bytes) -> None:
+        """A client asks a device for a handle."""
+        self._journal.asked(alias, device)
+
+    def fetched(self, alias: bytes, device: bytes, handle: int) -> None:
+        """A device has given out a handle."""
+        self._journal.fetched(alias, device, handle)
+
+    def released(self, alias: bytes, device: bytes, handle: int) -> None:
+        """A device has released a handle, or does not know it."""
+        self._journal.released(alias, device, handle)
 
     def forget_client(self, alias: bytes) -> None:
         """No answer comes for a client that holds nothing at the target."""

@@ -57,16 +57,16 @@ class OrphanRelease:
         done: Callable[[], object],
     ) -> None:
         self._journal, self._session_of, self._ask = journal, session_of, ask
-        self._done = done
+        self._report_end = done
         held = journal.held()
         self._devices = dict.fromkeys(each.device for each, _ in held)
-        self._asked = [each for each, _ in held if not each.handle]
+        self._requesters = [each for each, _ in held if not each.handle]
         self._handles: dict[bytes, list[HeldHandle]] = {}
         """Handles of each device, the newest first."""
         for each, count in reversed(held):
             if each.handle:
                 self._handles.setdefault(each.device, []).extend([each] * count)
-        self._known: set[bytes] = set()
+        self._answering_devices: set[bytes] = set()
         """Devices that have released a handle by its number."""
         self._to_send: deque[HeldHandle] = deque()
         self._following = self._release_newest
@@ -74,12 +74,10 @@ class OrphanRelease:
         self._over = False
         self.answers = 0
         """Answers that have come."""
-        self.released = 0
-        """Handles that were released by their numbers."""
 
     def begin(self) -> None:
         """Let clients release what they have abandoned."""
-        self._to_send.extend(self._asked)
+        self._to_send.extend(self._requesters)
         self._go_on()
 
     def cancel(self) -> None:
@@ -117,8 +115,7 @@ class OrphanRelease:
         self.answers += 1
         if each.handle:
             if not answer.error and answer.data[:4] == bytes(4):
-                self._known.add(each.device)
-                self.released += 1
+                self._answering_devices.add(each.device)
             self._journal.released(*each)
         if not self._over:
             self._go_on()
@@ -134,7 +131,7 @@ class OrphanRelease:
     def _release_rest(self) -> None:
         """Release the others where one of the newest was there."""
         for device, handles in self._handles.items():
-            if device in self._known:
+            if device in self._answering_devices:
                 self._to_send.extend(handles)
                 log.info("%s: %d handles of ended connections", AmsAddress(device), len(handles))
             handles.clear()
@@ -144,7 +141,7 @@ class OrphanRelease:
         self._over = True
         for device in self._devices:
             self._journal.forget_device(device)
-        self._done()
+        self._report_end()
 
 
 def _ranks(handles: list[HeldHandle]) -> dict[HeldHandle, int]:
