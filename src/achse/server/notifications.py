@@ -334,9 +334,8 @@ class Notifications(Scheduled):
 
     def _clear(self, count: float = math.inf) -> None:
         """Clear up to `count` subscriptions of clients that are gone."""
-        over = self._closing
-        while over and count > 0:
-            subscriptions = over[0].subscriptions
+        while self._closing and count > 0:
+            subscriptions = self._closing[0].subscriptions
             while subscriptions and count > 0:
                 handle, subscription = subscriptions.popitem()
                 subscription.beat = None
@@ -344,7 +343,7 @@ class Notifications(Scheduled):
                 self.usage.count_notifications(subscription.batch.channel, -1)
                 count -= 1
             if not subscriptions:
-                over.popleft()
+                self._closing.popleft()
 
     def _stop(self, subscription: NotificationHandle) -> None:
         """Take no more samples; a beat without any leaves its pulse, that without any goes too."""
@@ -401,10 +400,7 @@ class Notifications(Scheduled):
         self._clear()
 
     def end_symbolic(self) -> None:
-        """Symbol handles are out of date: hint at it, take no more samples of them.
-
-        The notification handles stay until they are deleted.
-        """
+        """Hint at symbol handles out of date and sample them no more; notification handles stay."""
         for subscription in self._subscriptions.values():
             over = subscription.batch.channel.is_closed
             if subscription.symbolic and subscription.beat is not None and not over:
@@ -423,11 +419,8 @@ class Notifications(Scheduled):
         """Send the value at the time of the Add, or hold it up to the largest delay."""
         fresh, self.fresh = self.fresh, []
         for subscription in fresh:
-            channel = subscription.batch.channel
-            if (
-                channel.subscriptions.get(subscription.handle) is subscription
-                and not channel.is_closed
-            ):
+            channel, handle = subscription.batch.channel, subscription.handle
+            if channel.subscriptions.get(handle) is subscription and not channel.is_closed:
                 self._open_batch(subscription.batch)
                 subscription.batch.take(subscription.header, subscription.last or b"")
         # The clock shows the last tick, which is over: a largest delay ends at the tick after it.

@@ -134,23 +134,23 @@ class RouterLine:
     def __init__(self, turns: RoadTurns, peer: Peer, lost: Callable[[], object]) -> None:
         self._turns, self._peer, self._report_end = turns, peer, lost
         self.road: Road
-        self.over = False
+        self.is_closed = False
 
     def receive(self, data: bytes) -> None:
         """Take bytes from the target."""
-        if not self.over:
+        if not self.is_closed:
             self._peer.receive(data)
 
     def lost(self) -> None:
         """The target has ended the connection."""
-        if not self.over:
-            self.over = True
+        if not self.is_closed:
+            self.is_closed = True
             self._report_end()
             self._peer.ended()
 
     def write(self, data: bytes, /) -> None:
         """Send bytes to the target."""
-        if not self.over:
+        if not self.is_closed:
             self.road.send(data)
 
     def get_write_buffer_size(self) -> int:
@@ -166,16 +166,16 @@ class RouterLine:
         self._hang_up(orderly=False)
 
     def _hang_up(self, *, orderly: bool) -> None:
-        if not self.over:
-            self.over = True
+        if not self.is_closed:
+            self.is_closed = True
             self.road.hang_up(orderly=orderly)
             self._report_end()
             self._turns.call_soon(self._peer.ended)
 
     def die(self) -> None:
         """The router ends without a word."""
-        if not self.over:
-            self.over = True
+        if not self.is_closed:
+            self.is_closed = True
             self.road.hang_up(orderly=False)
 
     def pause_reading(self) -> None:
@@ -245,7 +245,7 @@ class RouterProcess:
 
     def cut(self) -> None:
         """The connection to the target breaks."""
-        if self._line is not None and not self._line.over:
+        if self._line is not None and not self._line.is_closed:
             self._line.abort()
 
     def station_ended(self) -> None:

@@ -309,12 +309,12 @@ def test_an_initial_value_that_is_no_constant_becomes_a_start_value() -> None:
 
 def test_addresses_are_read_or_a_fault() -> None:
     types = resolver("")
-    assert types.address_of("MAIN", "a", None, is_global=False) is None
-    place = types.address_of("MAIN", "a", DirectAddress("%MB4"), is_global=False)
+    assert types.address_of("MAIN.a", None) is None
+    place = types.address_of("MAIN.a", DirectAddress("%MB4"))
     assert place is not None
     assert str(place) == "%MB4"
     with pytest.raises(Unexpected) as caught:
-        types.address_of("MAIN", "a", DirectAddress("%ZB4", 9), is_global=False)
+        types.address_of("MAIN.a", DirectAddress("%ZB4", 9))
     assert caught.value.at == 9
 
 

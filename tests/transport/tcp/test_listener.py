@@ -486,10 +486,8 @@ async def test_of_unfinished_packets_that_are_too_much_together_the_largest_goes
     caplog: pytest.LogCaptureFixture,
 ) -> None:
     mb = 1 << 20
-    async with (
-        running(send_budget=SendBudget(8 * mb)) as station,
-        peers(station, 3) as (large, small, last),
-    ):
+    budget = SendBudget(8 * mb)
+    async with running(send_budget=budget) as station, peers(station, 3) as (large, small, last):
         half = request(1, bytes(32 * mb)).encode_tcp()
         large.send(half[: 4 * mb])
         small.send(half[: 3 * mb])

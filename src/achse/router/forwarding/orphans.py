@@ -71,7 +71,7 @@ class OrphanRelease:
         self._to_send: deque[HeldHandle] = deque()
         self._following = self._release_newest
         self._waiting = 0
-        self._over = False
+        self._is_closed = False
         self.answers = 0
         """Answers that have come."""
 
@@ -82,11 +82,11 @@ class OrphanRelease:
 
     def cancel(self) -> None:
         """Do nothing more: the connection has ended again. The journal stays as it is."""
-        self._over = True
+        self._is_closed = True
 
     def give_up(self) -> None:
         """Wait for nothing more, if it has not ended yet."""
-        if not self._over:
+        if not self._is_closed:
             left = sum(map(len, self._handles.values()))
             log.warning("handles of ended connections: no answer, %d may stay at the target", left)
             self._end()
@@ -95,7 +95,7 @@ class OrphanRelease:
         """Send what may go; begin the next phase when everything is answered."""
         while self._to_send and self._waiting < _AT_ONCE:
             self._send(self._to_send.popleft())
-        while not (self._to_send or self._waiting or self._over):
+        while not (self._to_send or self._waiting or self._is_closed):
             self._following()
             while self._to_send and self._waiting < _AT_ONCE:
                 self._send(self._to_send.popleft())
@@ -117,7 +117,7 @@ class OrphanRelease:
             if not answer.error and answer.data[:4] == bytes(4):
                 self._answering_devices.add(each.device)
             self._journal.released(*each)
-        if not self._over:
+        if not self._is_closed:
             self._go_on()
 
     def _release_newest(self) -> None:
@@ -138,7 +138,7 @@ class OrphanRelease:
         self._following = self._end
 
     def _end(self) -> None:
-        self._over = True
+        self._is_closed = True
         for device in self._devices:
             self._journal.forget_device(device)
         self._report_end()

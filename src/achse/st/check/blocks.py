@@ -140,7 +140,7 @@ class Blocks:
         found: set[str] = set()
         while name and name.lower() not in found:
             found.add(name.lower())
-            signature = self._names.given.signature(name)
+            signature = self._names.predefined.signature(name)
             name = "" if signature is None else signature.extends
         return found
 

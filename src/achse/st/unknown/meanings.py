@@ -235,7 +235,7 @@ class Meanings:
         if key in self.types:
             return True, self.types[key]
         with suppress(Unexpected, Failed, IecError):
-            if is_variable_list(self._names.given.find(name, 0)):
+            if is_variable_list(self._names.predefined.find(name, 0)):
                 return False, None
             if (
                 key in self._scopes.loose_values
@@ -309,7 +309,7 @@ class Meanings:
                     whole.is_space = True
                     return found
                 self.lists[of.name.lower()] = whole
-                given = self._names.given.find(of.name, 0)
+                given = self._names.predefined.find(of.name, 0)
                 if is_variable_list(given) and (listed := part_of(given, name)) is not None:
                     whole.is_space = True
                     return whole.members.setdefault(name.lower(), listed)

@@ -485,7 +485,7 @@ class MissingNames:
         for place, argument in enumerate(tree.arguments):
             if argument.value is not None and not argument.name and place < len(inputs):
                 text = self.meanings.spec_text((inputs[place], inside))
-                self._told(self.meanings.of(argument.value, scope), text)
+                self._note_use(self.meanings.of(argument.value, scope), text)
             if argument.value is None or not argument.name:
                 continue
             declared = self._scopes.own(argument.name.lower(), inside)
