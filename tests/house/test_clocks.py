@@ -42,7 +42,6 @@ SLEEPERS: dict[str, str] = {
     f"{MASTERS}/kickcat_loopback.py": "the bus cycle of a master",
     f"{MASTERS}/pysoem_bus.py": "the bus cycle of a master",
     f"{MASTERS}/pysoem_drives.py": "longer than the watchdog of a slave: a busy machine waits more",
-    f"{MASTERS}/attack.py": "a socket between processes takes so many frames at a time",
     f"{MASTERS}/pysoem_esi.py": "the bus cycle of a master",
     f"{MASTERS}/pysoem_loopback.py": "longer than the watchdog of a slave",
 }
