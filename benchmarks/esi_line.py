@@ -1,8 +1,10 @@
-"""Processor time of a cyclic frame in a line of slaves of ESI files: `esi_line.py PLACE SPEC…`.
+"""Processor time of a cyclic frame in a line of slaves of ESI files.
 
 PLACE is an ESI file or a folder of them, SPEC is TYPE[@REVISION][=MODULE,…][*COUNT] as for
-`achse bus serve`. Our master brings the line to Op in virtual time; then its frames of one cycle
-pass again and again: the time is that of the slaves alone, that of the fastest of nine batches.
+`achse bus serve`, CYCLES the cycles of a batch (100). Our master brings the line to Op in virtual
+time; then its frames of one cycle pass again and again: the time is that of the slaves alone, that
+of the fastest of nine batches.
+Usage: python benchmarks/esi_line.py PLACE SPEC… [CYCLES]
 """
 
 import sys
@@ -17,7 +19,7 @@ from achse.station.slaves.esi_line import EsiLine
 
 CYCLE_NS = 4_000_000
 MOST_CYCLES = 50_000
-CYCLES, BATCHES = 100, 9
+BATCHES = 9
 
 
 def in_op(segment: Segment, slaves: EsiLine) -> list[bytes]:
@@ -53,7 +55,9 @@ def in_op(segment: Segment, slaves: EsiLine) -> list[bytes]:
 def main() -> None:
     if len(sys.argv) < 3:
         raise SystemExit(__doc__)
-    line = EsiLine(sys.argv[2:], [Path(sys.argv[1])])
+    place, *specs = sys.argv[1:]
+    count = int(specs.pop()) if specs[-1].isdigit() else 100
+    line = EsiLine(specs, [Path(place)])
     segment = Segment(line.slaves)
     begin = time.process_time()
     frames = in_op(segment, line)
@@ -61,11 +65,11 @@ def main() -> None:
     samples = []
     for _ in range(BATCHES):
         begin = time.process_time()
-        for _ in range(CYCLES):
+        for _ in range(count):
             for frame in frames:
                 segment.process(frame)
             segment.advance(segment.time.now_ns + CYCLE_NS)
-        samples.append((time.process_time() - begin) / CYCLES)
+        samples.append((time.process_time() - begin) / count)
     cycle = min(samples)
     print(
         f"{len(line.slaves)} slaves, {up:.1f} s to Op, {len(frames)} frames a cycle with"

@@ -66,6 +66,7 @@ SHORT: dict[str, tuple[list[str], str]] = {
 ELSEWHERE = {
     "churn.py": "test_churn.py",
     "esi_devices.py": "test_esi_devices.py",
+    "esi_line.py": "test_esi_devices.py",
     "ethercat_roundtrip.py": "needs a network namespace",
     "interface_bus.py": "needs a network namespace",
 }

@@ -299,11 +299,11 @@ def test_in_any_mix_the_budget_holds_and_whoever_asks_for_no_more_than_a_share_m
     spent = 0
     for _ in range(100):
         bench.now += TICK_MS * MS
-        before = budget.left
+        before = budget.remaining
         notifications.tick(bench.now)
         gain = min(before + per_second // 100, per_second // 50)
-        spent += gain - budget.left
-        assert budget.left > -max(beats)
+        spent += gain - budget.remaining
+        assert budget.remaining > -max(beats)
         assert budget.waiting <= sum(len(pulse.beats) for pulse in notifications._pulses.values())
     assert spent <= per_second + per_second // 50 + max(beats)
     patient = max(beats) <= per_second / 100 / len(hosts) / max(map(len, hosts))

@@ -48,7 +48,7 @@ def test_sum_read_ex_2_answers_what_came(bench: Any) -> None:
 def test_sum_write_writes_each_part(bench: Any) -> None:
     request = parts((MEMORY, 0, 2), (0xF100, 0, 1), (MEMORY, 63, 2), (MEMORY, 4, 0), (MEMORY, 5, 1))
     answer = bench.exchange(0xF081, 5, 20, request + b"ab" + b"c" + b"de" + b"" + b"f")
-    assert answer == (0, words(0, 0x704, 0x705, 0x705, 0))
+    assert answer == (0, words(0, 0x704, 0x705, 0, 0))
     assert bench.memory[:6] == b"ab\2\3\4f"
 
 

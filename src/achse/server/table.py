@@ -266,7 +266,7 @@ class AreaGroup(IndexGroup):
 
     `read(offset, length)` gives at most `length` bytes (lengths up to 0xFFFF_FFFF come),
     `write(offset, data)` takes all of `data`; both raise DeviceError beyond the area. A write of
-    no bytes is refused (0x705).
+    no bytes to a place of the area changes nothing, as AdsLibTest of the vendor expects.
     `watch(offset, length)` makes the reader of a notification; without it each sample is a read.
     """
 
@@ -329,8 +329,6 @@ class AreaGroup(IndexGroup):
     def write(self, group: int, offset: int, data: bytes, client: bytes) -> None:
         if self._write is None:
             super().write(group, offset, data, client)
-        elif not data:
-            raise DeviceError(ReturnCode.INVALID_SIZE, "at least 1 byte, got 0 bytes")
         else:
             self._write(offset, data)
 

@@ -3,7 +3,7 @@
 import pytest
 
 from achse.plc.code.views import FORMATS, Views
-from achse.plc.memory import Area, Memory
+from achse.plc.memory import ADDRESS_BITS, Area, Memory
 
 
 def test_all_views_are_of_the_same_bytes() -> None:
@@ -13,7 +13,7 @@ def test_all_views_are_of_the_same_bytes() -> None:
     views.named["D_i"][3] = -2
     assert views.named["D_H"][6] == 0xFFFE
     assert memory[Area.DATA].read(12, 4) == b"\xfe\xff\xff\xff"
-    number = memory.address(Area.DATA, 0) >> 28
+    number = memory.address(Area.DATA, 0) >> ADDRESS_BITS
     assert all(len(views.by_area[code]) == len(Area) + 1 for code in FORMATS)
     assert views.by_area["i"][number][3] == -2
 

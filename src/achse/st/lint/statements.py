@@ -133,7 +133,7 @@ class _Rules:
                 stack += [getattr(tree, name) for name in field_names(tree.__class__)]
 
     def _check_cases(self, tree: Case) -> None:
-        if tree.has_else:
+        if tree.otherwise or tree.has_empty_else:
             return
         enum = self._types.enumeration_of(tree.selector, self._chain, self._unit)
         if enum is None:

@@ -213,7 +213,7 @@ def _statement(tree: Statement) -> list[str]:
             for choice in tree.choices:
                 labels = ", ".join(map(_label, choice.labels))
                 lines += [f"{labels}:", *_block(choice.body)]
-            otherwise = _else(tree.otherwise) or ["ELSE"] * tree.has_else
+            otherwise = _else(tree.otherwise) or ["ELSE"] * tree.has_empty_else
             return [*lines, *otherwise, "END_CASE"]
         case For():
             first, last = print_expression(tree.first), print_expression(tree.last)

@@ -212,7 +212,7 @@ class StatementParser:
         has_else = bool(cursor.take("ELSE"))
         otherwise = self._body() if has_else else ()
         self._close("END_CASE")
-        return Case(selector, tuple(choices), otherwise, at, has_else)
+        return Case(selector, tuple(choices), otherwise, at, has_else and not otherwise)
 
     def _labels(self) -> tuple[Expression | Range, ...]:
         """Parse the labels before the colon. If they are at fault the choice is still read."""

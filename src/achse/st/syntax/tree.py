@@ -6,7 +6,6 @@ Every node knows its place: `at` is the offset in its `Source` of the sign that 
 is (the operator, the name after a dot, the keyword). Places do not count when nodes are compared.
 """
 
-from dataclasses import field
 from typing import TypeAlias
 
 from achse.st.syntax.nodes import node, place
@@ -264,8 +263,8 @@ class Case:
     choices: tuple[Choice, ...]
     otherwise: "Statements"
     at: int = place()
-    has_else: bool = field(default=False, compare=False)
-    """True if there is an ELSE, which may have no statements."""
+    has_empty_else: bool = False
+    """True if there is an ELSE without statements."""
 
 
 @node

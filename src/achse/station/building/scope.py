@@ -153,7 +153,10 @@ class StationScope:
         """Channels that end early, with the reason."""
         decks: Sequence[Any] = self._scope.recorder.decks
         return {
-            each.channel.name: each.lost for deck in decks for each in deck.channels if each.lost
+            each.channel.name: each.failure
+            for deck in decks
+            for each in deck.channels
+            if each.failure
         }
 
     def start(self) -> None:
