@@ -91,7 +91,7 @@ class DistributedClock:
 
     @property
     def offset_ns(self) -> int:
-        """By how much the local time is ahead of the true one at the start, ns."""
+        """Lead of the local time over the true time at the start, ns."""
         return self._own_offset
 
     @offset_ns.setter

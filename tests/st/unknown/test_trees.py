@@ -2,6 +2,7 @@
 
 import pytest
 
+from achse.st.declared.scopes import Scopes
 from achse.st.lexis.source import Source
 from achse.st.syntax.parser import parse
 from achse.st.syntax.tree import ArrayOf, Literal
@@ -37,6 +38,8 @@ END_FUNCTION_BLOCK"""
     assert [base.name for base in bases_of(block)] == ["FB_B"]
     spec = block.blocks[0].variables[0].type
     assert isinstance(spec, ArrayOf)
-    for is_known in (False, True):
-        plain = [is_plain(each, lambda tree: is_known) for each in spec.dimensions]  # noqa: B023
-        assert plain == [True, is_known]
+    scopes = Scopes()
+    assert [is_plain(each, scopes) for each in spec.dimensions] == [True, False]
+    lists = Source("VAR_GLOBAL CONSTANT nMost : INT := 2; END_VAR", "GVL.st")
+    scopes.add((parse(lists),))
+    assert [is_plain(each, scopes) for each in spec.dimensions] == [True, True]

@@ -5,6 +5,7 @@ Source: ETG.1510 for the diagnosis; ETG.1000.4 §6.1 for what is read of the con
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from operator import attrgetter
 
 from achse.codes import AlState
 from achse.ethercat.master.aoe_client import AoeClient
@@ -19,6 +20,7 @@ from achse.ethercat.master.voe_client import VoeClient
 
 PORTS = 4
 _OP = int(AlState.OP)
+_VALID = attrgetter("valid")
 _MAILBOX_STATES = (AlState.PREOP, AlState.SAFEOP, AlState.OP)
 
 _BYTES_ONLY, _CLOCK, _WIDE_CLOCK, _NO_LOGICAL_READ_WRITE = 1 << 0, 1 << 2, 1 << 3, 1 << 9
@@ -152,10 +154,7 @@ class BusSlave:
     @property
     def working(self) -> bool:
         """True if all its process data came with the right working counter in the last cycle."""
-        for each in self._owners:  # noqa: SIM110 (asked for by each axis in each cycle)
-            if not each.valid:
-                return False
-        return True
+        return all(map(_VALID, self._owners))
 
     @property
     def wrong_cycles(self) -> int:
@@ -170,12 +169,7 @@ class BusSlave:
     @property
     def operational(self) -> bool:
         """True if the slave is in Op without an error, and its process data are valid."""
-        if self.state != _OP or self.error:
-            return False
-        for each in self._owners:  # noqa: SIM110 (as `working`, without a call)
-            if not each.valid:
-                return False
-        return True
+        return self.state == _OP and not self.error and all(map(_VALID, self._owners))
 
     def read_input(self, index: int, subindex: int = 0, *, signed: bool = False) -> int:
         """The value of an input entry; KeyError if it is not mapped."""

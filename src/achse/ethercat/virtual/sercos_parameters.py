@@ -169,11 +169,8 @@ class SercosParameters:
         if not parameter.writable:
             if not parameter.is_list:
                 return _READ_ONLY
-            return (
-                0
-                if value[_LIST_HEAD.size :] == parameter.value[_LIST_HEAD.size :]
-                else _INVALID_DATA
-            )
+            content = slice(_LIST_HEAD.size, None)
+            return 0 if value[content] == parameter.value[content] else _INVALID_DATA
         if len(value) != len(parameter.value):
             return _TOO_SHORT if len(value) < len(parameter.value) else _TOO_LONG
         parameter.value = value

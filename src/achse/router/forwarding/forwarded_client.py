@@ -38,20 +38,8 @@ class ForwardedClient:
     """A client: its connection, its source address, and what it holds at the targets."""
 
     __slots__ = (
-        "alias",
-        "client",
-        "exchanges",
-        "handles",
-        "is_disconnected",
-        "listed",
-        "load",
-        "recipes",
-        "registered",
-        "releasing",
-        "resources",
-        "restored_from",
-        "source",
-        "subscribed",
+        "alias", "client", "exchanges", "handles", "is_disconnected", "listed", "load", "recipes",
+        "registered", "releasing", "resources", "restored_from", "source", "subscribed",
     )  # fmt: skip
 
     def __init__(

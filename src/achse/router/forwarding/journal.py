@@ -177,7 +177,7 @@ class HandleJournal:
             file.write(_MAGIC)
 
     def _grow(self, file: JournalFile) -> bool:
-        """Make free slots; False if there is no room."""
+        """Append free slots; False if the disk or the journal is full."""
         if self._end >= MOST_SLOTS:
             self._warn(f"{MOST_SLOTS} handles in it")
             return False

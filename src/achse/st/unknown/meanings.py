@@ -527,17 +527,10 @@ class Meanings:
         if isinstance(spec, ArrayOf) and (inner := self.spec_text((spec.element, scope))):
             if inner.startswith("ARRAY [*"):
                 return ""
-            is_known = all(is_plain(one, self._is_constant) for one in spec.dimensions)
+            is_known = all(is_plain(one, self._scopes) for one in spec.dimensions)
             bounds = spec.dimensions if is_known else (None,) * len(spec.dimensions)
             return print_type(replace(spec, dimensions=bounds, element=NamedType(inner)))
         return ""
-
-    def _is_constant(self, tree: Expression) -> bool:
-        """Return True for a variable of a list, which all files know by that name."""
-        if isinstance(tree, Member) and isinstance(tree.of, Name):
-            entry = self._scopes.find(tree.of.name, "")
-            return entry is not None and isinstance(entry.tree, GlobalList)
-        return isinstance(tree, Name) and tree.name.lower() in self._scopes.globals
 
     def text(self, tree: Expression, scope: Scope) -> str:
         """The type of an expression, where it shows."""

@@ -3,7 +3,7 @@
 Source: IEC 61131-3 (2013) table 19 (calls), 11 (types): what uses say of a declaration.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import fields
 from typing import Any, TypeGuard
 
@@ -12,7 +12,7 @@ from achse.iec.errors import IecError
 from achse.iec.structs import RecordKind, StructType
 from achse.iec.times import TimeType
 from achse.iec.types import IecType
-from achse.st.declared.scopes import blocks_of
+from achse.st.declared.scopes import Scopes, blocks_of
 from achse.st.lexis.literals import literal_value
 from achse.st.syntax.tree import (
     ArrayOf,
@@ -30,18 +30,26 @@ from achse.st.syntax.tree import (
     TypeSpec,
     VarBlock,
 )
-from achse.st.syntax.units import Function, Interface, Method, Property, Unit
+from achse.st.syntax.units import Function, GlobalList, Interface, Method, Property, Unit
 from achse.st.unknown.uses import LONG_TEXT, MissingUse
 
 _PARAMETERS = ("VAR_INPUT", "VAR_OUTPUT", "VAR_IN_OUT")
 
 
-def is_plain(dimension: Range | None, is_constant: Callable[[Expression], bool]) -> bool:
+def is_plain(dimension: Range | None, scopes: Scopes) -> bool:
     """Return True if the bounds of a dimension are literals or constants that all files know."""
     return dimension is not None and all(
-        isinstance(bound, Literal) or is_constant(bound)
+        isinstance(bound, Literal) or _is_global(bound, scopes)
         for bound in (dimension.low, dimension.high)
     )
+
+
+def _is_global(tree: Expression, scopes: Scopes) -> bool:
+    """Return True for a variable of a list, which all files know by that name."""
+    if isinstance(tree, Member) and isinstance(tree.of, Name):
+        entry = scopes.find(tree.of.name, "")
+        return entry is not None and isinstance(entry.tree, GlobalList)
+    return isinstance(tree, Name) and tree.name.lower() in scopes.globals
 
 
 def bases_of(unit: Unit) -> tuple[NamedType, ...]:

@@ -4,13 +4,18 @@ If declarations are the same apart from their places, the kept trees get the pla
 the new version, and only routines with other bodies are to be checked again.
 """
 
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from achse.st.files.files import content_of, project_file
 from achse.st.lexis.source import Diagnostic, Source
 from achse.st.syntax.parser import Parsed
+
+_NAMED_FILES = re.compile(rb"<(Compile|Folder)\b[^>]*?(?:/>|>.*?</\1>)", re.DOTALL)
+"""Files and folders in a `.plcproj`."""
 
 _PARTS = ("parts", "units")
 _ACCESSORS = ("get", "set")
@@ -68,6 +73,14 @@ def emptied(parsed: Parsed) -> Parsed:
     source = Source("", parsed.source.path)
     source.file = parsed.source.file
     return Parsed(source, (), ())
+
+
+def project_options(path: Path) -> bytes:
+    """Return the content of a `.plcproj` apart from files and blanks; nothing without one."""
+    project = project_file(path)
+    if project is None:
+        return b""
+    return b"".join(_NAMED_FILES.sub(b"", content_of(project, project.name)).split())
 
 
 def is_on_disk(file: Path, content: bytes) -> bool:

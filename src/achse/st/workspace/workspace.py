@@ -6,7 +6,6 @@ not change are not parsed again. A file that is added or taken away is an edit o
 All files are read again if a task or a library changes, or a `.plcproj` apart from its files.
 """
 
-import re
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import replace
 from enum import Enum
@@ -21,14 +20,7 @@ from achse.st.check.warm import Inspection, WarmChecking
 from achse.st.declare import Declarations, declare_again, faults_of, named_sources
 from achse.st.declared.scopes import DEEPEST, DeclaredUnit
 from achse.st.files.envelope import TaskDeclaration
-from achse.st.files.files import (
-    LIBRARY_TYPES,
-    SOURCES,
-    content_of,
-    parse_file,
-    project_file,
-    source_files,
-)
+from achse.st.files.files import LIBRARY_TYPES, SOURCES, parse_file, source_files
 from achse.st.files.forms import Content, has_content, suffixes_of
 from achse.st.files.reading import file_key, reading
 from achse.st.lexis.lexer import Defines
@@ -39,16 +31,13 @@ from achse.st.mentions import Mentions
 from achse.st.project import ProjectFiles, read_files
 from achse.st.reach import Reach
 from achse.st.syntax.parser import Parsed
-from achse.st.workspace.edits import BodyEdit, body_edit, emptied, is_on_disk
+from achse.st.workspace.edits import BodyEdit, body_edit, emptied, is_on_disk, project_options
 from achse.st.workspace.findings import ProjectFindings, sorted_findings
 from achse.st.workspace.touched import WordIndex, first_touched, routines_again
 from achse.st.workspace.uses import SymbolUse, use_at, uses_in
 
 _BESIDE = (LIBRARY_TYPES, *suffixes_of(Content.PROJECT, Content.SYSTEM, Content.SOLUTION))
 """Endings of further files that say something about a project."""
-
-_NAMED_FILES = re.compile(rb"<(Compile|Folder)\b[^>]*?(?:/>|>.*?</\1>)", re.DOTALL)
-"""Files and folders in a `.plcproj`."""
 
 _MOST_FILES = 16
 """Files that come, go or change at once; of more the project is read again."""
@@ -67,14 +56,6 @@ class Extent(Enum):
     PROJECT = "project"
     FILES = "files"
     """The project, after its files were read again."""
-
-
-def _project_options(path: Path) -> bytes:
-    """Return the content of a `.plcproj` apart from files and blanks; nothing without one."""
-    project = project_file(path)
-    if project is None:
-        return b""
-    return b"".join(_NAMED_FILES.sub(b"", content_of(project, project.name)).split())
 
 
 def _nothing_given(tasks: Sequence[TaskDeclaration]) -> Iterable[type[StaticRecord]]:
@@ -154,7 +135,7 @@ class Workspace:
         self._sources = {file_key(Path(one.source.file)): one for one in self._files.sources}
         self._named_files = {name: file for file, name in source_files(self.path)}
         self._listed = frozenset(map(file_key, self._named_files.values()))
-        self._options = _project_options(self.path)
+        self._options = project_options(self.path)
         self._is_listing = bool(self._options)
         self._asking = any(asks_for_declarations(one.source.text) for one in self.sources)
         self._examine()
@@ -263,8 +244,8 @@ class Workspace:
             self.edit(file, new)
 
     def _are_many(self, files: Iterable[Path]) -> bool:
-        """Return True if it takes less to read the project again than to look at each file."""
-        return sum(1 for file in files if self.has(file)) > _MOST_FILES
+        """Return True if reading the project again takes less."""
+        return sum(map(self.has, files)) > _MOST_FILES
 
     def close(self, file: Path) -> Extent:
         """Go back to the content that a file has on disk."""
@@ -293,7 +274,7 @@ class Workspace:
         """Look for files that came and went."""
         try:
             listed = {file_key(file): (file, name) for file, name in source_files(self.path)}
-            if self._options != _project_options(self.path):
+            if self._options != project_options(self.path):
                 return self._load_again()
         except SourceError:
             return self._load_again()

@@ -40,7 +40,7 @@ class Plant:
         self.sources: list[tuple[int, Callable[[], float]]] = []
         """Inputs by number, and the functions that read their values."""
         self.checks: list[Callable[[Sequence[float]], None]] = []
-        """Functions that raise PlantError for outputs that nobody gets to see: the unit fails."""
+        """Functions that raise PlantError for outputs that must not be passed on."""
         self.targets: list[Callable[[], None]] = []
         """Functions that pass the outputs on."""
         self.failure_targets: list[Callable[[], None]] = []
