@@ -388,11 +388,12 @@ def own_temporary_folder(session: pytest.Session) -> Iterator[None]:
     os.environ.setdefault("PYTEST_DEBUG_TEMPROOT", tempfile.gettempdir())
     with tempfile.TemporaryDirectory(prefix="achse-run-", ignore_cleanup_errors=True) as folder:
         os.environ["TMPDIR"] = tempfile.tempdir = folder
+        os.environ["ACHSE_STATE_DIR"] = f"{folder}/state"
         try:
             yield
         finally:
             tempfile.tempdir = None
-            del os.environ["TMPDIR"]
+            del os.environ["TMPDIR"], os.environ["ACHSE_STATE_DIR"]
             if before is not None:
                 os.environ["TMPDIR"] = before
         if left := sorted(each.name for each in Path(folder).glob("achse-*")):

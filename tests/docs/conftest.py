@@ -289,6 +289,7 @@ class Reader:
             "NODE_PATH": str(NPM / "node_modules"),
             "ACHSE_CERTIFICATES": str(self.folder / "own"),
             "ACHSE_RUNTIME_DIR": str(self.runtime),
+            "ACHSE_STATE_DIR": str(self.folder / "state"),
             "ACHSE_HOST": self.host,
             ABSENT: ",".join(sorted(absent_modules(text))),
         }
