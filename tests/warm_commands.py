@@ -297,6 +297,8 @@ class Server:
             line.close()
 
         def gone(_: Any) -> None:
+            if line.fileno() < 0:  # `end` came first, of the same look
+                return
             try:
                 left = line.recv(1, socket.MSG_PEEK | socket.MSG_DONTWAIT)
             except BlockingIOError:  # the child has read what was there

@@ -2,7 +2,9 @@
 
 import json
 import os
+import selectors
 import signal
+import socket
 import subprocess
 from collections.abc import Callable
 from pathlib import Path
@@ -10,7 +12,7 @@ from typing import Any
 
 import pytest
 
-from tests.warm_commands import WarmCommands, is_supported
+from tests.warm_commands import Server, WarmCommands, is_supported
 
 pytestmark = pytest.mark.skipif(not is_supported(), reason="this system forks no commands")
 
@@ -101,3 +103,19 @@ def test_session_may_be_its_own(warm_commands: WarmCommands) -> None:
         assert os.getsid(process.pid) == process.pid
         os.killpg(process.pid, signal.SIGTERM)
         assert process.wait() == 0
+
+
+def test_a_process_and_its_caller_may_end_at_once() -> None:
+    server = object.__new__(Server)
+    with selectors.DefaultSelector() as server.selector:
+        line, caller = socket.socketpair()
+        process = subprocess.Popen(["true"])
+        server.watch(line, process.pid)
+        os.waitid(os.P_PID, process.pid, os.WEXITED | os.WNOWAIT)
+        caller.close()
+        events = server.selector.select()
+        assert len(events) == 2
+        for key, _ in sorted(events, key=lambda event: event[0].fileobj is line):
+            key.data(key.fileobj)
+        process.returncode = 0  # its end was taken by the server
+        assert line.fileno() < 0
