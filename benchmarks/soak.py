@@ -23,6 +23,7 @@ from same_run import Talker, act
 
 from achse.ams import AmsAddress, Command
 from achse.camshaft.kernel import KERNEL as CAMSHAFT
+from achse.motion.compiled import KERNEL as AXES
 from achse.station import Station
 from achse.station.buses.whole_cycle import KERNEL as DRIVEN_AXES
 
@@ -222,7 +223,7 @@ def show(row: Row) -> None:
 
 
 def main(hours: float = 24.0, seed: float = 1, runs: float = 2) -> None:
-    for kernel in (DRIVEN_AXES, CAMSHAFT):
+    for kernel in (AXES, DRIVEN_AXES, CAMSHAFT):
         _ = kernel.function  # in the cache before a station looks for it there
     digests: list[str] = []
     for run in range(1, int(runs) + 1):
