@@ -374,6 +374,19 @@ def end_as(command: Callable[[], object]) -> None:
     os._exit(code if isinstance(code, int) else 0 if code is None else 1)
 
 
+LOADED = (
+    *("achse.client.blocking", "achse.cli.start.run", "achse.cli.test.projects"),
+    *("achse.cli.fieldbus.bus_serve", "achse.cli.fieldbus.drive", "achse.cli.fieldbus.served"),
+    *("achse.cli.start.detached", "achse.cli.start.web", "achse.cli.target"),
+    *("achse.devices.debug_service", "achse.devices.slave_service", "achse.drive"),
+    *("achse.faults.drives", "achse.fmu.server", "achse.plc.bodies", "achse.plc.machine.build"),
+    *("achse.st.project", "achse.station.building.drive_buses", "achse.station.building.terminals"),
+    *("achse.station.slaves.control_port", "achse.tcunit", "achse.web.calls", "achse.web.listening"),
+    *("achse.web.server", "llvmlite.binding", "uvloop"),
+)
+"""Modules that commands import when they need them."""
+
+
 def load() -> Callable[[], None]:
     """Return the command, with all loaded that it may need."""
     import typer.main
@@ -384,7 +397,7 @@ def load() -> Callable[[], None]:
 
     tree = typer.main.get_command(app)
     achse.cli._commands = lambda _: tree  # type: ignore[assignment,return-value]
-    for name in ("achse.client.blocking", "achse.web", "llvmlite.binding"):
+    for name in LOADED:
         with contextlib.suppress(ImportError):
             import_module(name)
     nothing = io.StringIO()

@@ -225,6 +225,8 @@ WARM = (
     ),
     *("achse.monitor.capture", "achse.monitor.symbols", "achse.scope"),
     *("concurrent.futures.thread", "encodings.idna", "rich.progress", "unittest.mock"),
+    *("achse.cli.test.check", "achse.cli.test.swarm", "achse.swarm.campaign", "achse.testing"),
+    *("achse.lsp.server", "achse.mcp.server", "jsonschema", "mcp"),
     *("pytest", *(f"_pytest.{name}" for name in default_plugins)),
 )
 """Modules that commands of the pages load, besides what `load` does."""
