@@ -7,7 +7,7 @@ const { decode } = await load("scope/blocks.js");
 const { decimate } = await load("scope/decimate.js");
 const { spectrum, transform } = await load("scope/fft.js");
 const { derive, parse, sources, unitOf } = await load("scope/derive.js");
-const { asked, tracesOf, tracesText, triggerOf, triggerText } = await load("scope/address.js");
+const { requestedTrigger, tracesOf, tracesText, triggerOf, triggerText } = await load("scope/address.js");
 const { Span } = await load("scope/span.js");
 const { csv } = await load("scope/export.js");
 const { Recorder } = await load("scope/recorder.js");
@@ -166,9 +166,9 @@ test("what an address says comes back, and nonsense does no harm", () => {
   assert.deepEqual(tracesOf("a~99|a~1||~2|b~x"), [{ text: "a", chart: 8 }, { text: "b", chart: 1 }]);
   const trigger = { mode: "single", channel: "a", kind: "leaves", level: 0, low: -2, high: 5.5, before: 30 };
   assert.deepEqual(triggerOf(triggerText(trigger)), trigger);
-  assert.deepEqual(asked(trigger), { channel: "a", kind: "leaves", low: -2, high: 5.5 });
+  assert.deepEqual(requestedTrigger(trigger), { channel: "a", kind: "leaves", low: -2, high: 5.5 });
   assert.equal(triggerOf("x~~boom~NaN~~~900").before, 100);
-  assert.equal(asked(triggerOf("")), null);
+  assert.equal(requestedTrigger(triggerOf("")), null);
 });
 
 test("what is seen follows, is zoomed about a place and moved", () => {
@@ -193,11 +193,11 @@ test("exported rows are read by others", () => {
 
 /** A session whose server is the test. */
 function session(answers) {
-  const asked = [];
+  const requests = [];
   const listeners = {};
-  return { asked, listeners, on: (event, run) => { listeners[event] = run; },
+  return { requests, listeners, on: (event, run) => { listeners[event] = run; },
     call: (name, values) => {
-      asked.push([name, values]);
+      requests.push([name, values]);
       return Promise.resolve(answers(name, values));
     } };
 }
@@ -243,5 +243,5 @@ test("gaps, triggers, ends and a lost connection", async () => {
   await new Promise((resolve) => setImmediate(resolve));
   assert.deepEqual([recorder.state, recorder.scope], ["running", 2]);
   await recorder.stop();
-  assert.deepEqual(given.asked.at(-1), ["scope.stop", { scope: 2 }]);
+  assert.deepEqual(given.requests.at(-1), ["scope.stop", { scope: 2 }]);
 });

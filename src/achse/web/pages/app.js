@@ -181,7 +181,7 @@ async function stopAll() {
   }
 }
 
-/** A key is pressed in need: that it did nothing must be told. */
+/** A key is pressed in need: the page reports that it did nothing. */
 function stopByKey() {
   if (!at("stop").disabled) stopAll();
   else if (connection.state !== "open") fail(new NotConnected("Stop was not sent: not connected to the station."));

@@ -92,8 +92,8 @@ function actions(first, session) {
   const button = (action, text, kind = "small") => {
     const element = h("button", { type: "button", class: kind }, text);
     element.addEventListener("click", () => {
-      const asked = element.dataset.action ?? action;
-      session.do("axes.do", { axis: first.id, action: asked }, `${first.name}: ${asked} sent.`);
+      const command = element.dataset.action ?? action;
+      session.do("axes.do", { axis: first.id, action: command }, `${first.name}: ${command} sent.`);
     });
     return element;
   };

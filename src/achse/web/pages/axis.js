@@ -155,8 +155,8 @@ function controls(send) {
   const button = (action, text, kind = "") => {
     const element = h("button", { type: "button", class: kind || null }, text);
     element.addEventListener("click", () => {
-      const asked = element.dataset.action ?? action;
-      send(asked, {}, `${element.textContent}: sent.`);
+      const command = element.dataset.action ?? action;
+      send(command, {}, `${element.textContent}: sent.`);
     });
     return element;
   };

@@ -16,7 +16,7 @@ export function mountCams(element, session) {
   const sheets = [];
   let points = null;
   let at = null;
-  let asked = null;
+  let current = null;
   const list = new LiveTable({
     caption: "Cam tables", key: ({ table }) => table, cards: true,
     empty: ["There are no cam tables. Clients load them, a station.toml names them: ", code("[[table]]"), ", or ",
@@ -27,7 +27,7 @@ export function mountCams(element, session) {
         button.addEventListener("click", () => load(row.table));
         return [button, ({ table, name }) => {
           show(button, name ? `${table} ${name}` : String(table));
-          button.setAttribute("aria-pressed", String(table === asked));
+          button.setAttribute("aria-pressed", String(table === current));
         }];
       } },
       column("Kind", ({ kind }) => word(kind)),
@@ -82,11 +82,11 @@ export function mountCams(element, session) {
   }
 
   async function load(table, rows = null) {
-    asked = table;
+    current = table;
     show(state, `Reading table ${table}…`);
     curves.hidden = false;
     const answer = await session.do("tables.points", { table, count: POINTS });
-    if (asked !== table) return;
+    if (current !== table) return;
     if (rows === null) session.view.set({ table });
     points = answer ?? null;
     at = null;

@@ -125,8 +125,8 @@ function mountChannel(element, session, { channel, name }) {
   };
 
   /** Another plan than the one shown is asked for once. */
-  function learn(told) {
-    const number = told?.points ? told.number : null;
+  function learn(newest) {
+    const number = newest?.points ? newest.number : null;
     if (number === planned) return;
     planned = number;
     plan = new Plan();

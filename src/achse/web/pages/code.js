@@ -11,7 +11,7 @@ const VALUES = 60;
 
 export function mount(element, session) {
   const files = new FileList(session, (row) => leaveFor(row));
-  const editor = new Editor(session, { told: (findings) => findingsTold(findings) });
+  const editor = new Editor(session, { notify: (findings) => showFindings(findings) });
   const findings = new LiveTable({
     caption: "Findings", key: ({ key }) => key, empty: "No findings.",
     columns: [
@@ -56,7 +56,7 @@ export function mount(element, session) {
     if (at) editor.jump(at);
   }
 
-  function findingsTold({ counts: { error, warning, unreached }, rows }) {
+  function showFindings({ counts: { error, warning, unreached }, rows }) {
     const more = error + warning + unreached - rows.length;
     show(counts, `Errors ${error}, warnings ${warning}, in units that no task reaches ${unreached}`
       + (more > 0 ? `; the first ${rows.length} are shown` : ""));
@@ -142,12 +142,12 @@ class FileList {
 
 /** One open file: a text field for each of its sections. */
 class Editor {
-  constructor(session, { told }) {
+  constructor(session, { notify }) {
     this._session = session;
-    this._told = told;
+    this._notify = notify;
     this._fields = [];
     this._saved = [];
-    this._asked = 0;
+    this._newest = 0;
     this.project = 0;
     this.file = "";
     this.sections = [];
@@ -181,9 +181,9 @@ class Editor {
 
   async open({ project, file }) {
     this._later.cancel();
-    const asked = ++this._asked;
+    const request = ++this._newest;
     const answer = await this._session.do("sources.read", { project, file });
-    if (answer === undefined || asked !== this._asked) return false;
+    if (answer === undefined || request !== this._newest) return false;
     const { tag, sections, findings, is_drawn: isDrawn } = answer;
     Object.assign(this, { isDrawn, project, file, sections, _tag: tag, _saved: sections.map(({ text }) => text) });
     show(this._title, file);
@@ -194,7 +194,7 @@ class Editor {
       sections[n].name ? h("span", { class: "dim" }, `${sections[n].name} – ${sections[n].kind}`) : null, field))
       : [h("p", { class: "dim" }, "This file has no code as text: its bodies are drawn.")]));
     this._changed();
-    this._told(findings);
+    this._notify(findings);
     return true;
   }
 
@@ -224,16 +224,16 @@ class Editor {
   }
 
   async _check() {
-    const asked = ++this._asked;
+    const request = ++this._newest;
     const before = performance.now();
     const findings = await this._session.do("sources.check",
       { project: this.project, file: this.file, texts: this._current(), tag: this._tag });
-    if (findings === undefined || asked !== this._asked) return;
+    if (findings === undefined || request !== this._newest) return;
     const { is_changed: isChanged } = findings;
     show(this._state, isChanged ? "written by others meanwhile: cannot be saved over it"
       : `checked in ${number(performance.now() - before, 0)} ms`);
     mark(this._state, "class", isChanged ? "bad" : "dim");
-    this._told(findings);
+    this._notify(findings);
   }
 
   /** Gives whether the file is saved. */
@@ -242,14 +242,14 @@ class Editor {
     this._later.cancel();
     const texts = this._current();
     const { project, file } = this;
-    const asked = ++this._asked;
+    const request = ++this._newest;
     const answer = await this._session.do("sources.save", { project, file, texts, tag: this._tag }, `${file}: saved.`);
     if (answer === undefined || file !== this.file || project !== this.project) return false;
     // what is typed meanwhile is a draft of the file as it is saved now
     this._tag = answer.tag;
     this._saved = texts;
     this._changed();
-    if (asked === this._asked) this._told(answer.findings);
+    if (request === this._newest) this._notify(answer.findings);
     return !this.isDraft;
   }
 
@@ -308,7 +308,7 @@ class Values {
   constructor(session) {
     this._session = session;
     this._end = () => {};
-    this._asked = 0;
+    this._newest = 0;
     this._table = new LiveTable({
       caption: "Values", key: ({ path }) => path,
       empty: "Programs and global variables show their values here.",
@@ -333,7 +333,7 @@ class Values {
   }
 
   async of(sections) {
-    const asked = ++this._asked;
+    const request = ++this._newest;
     this._end();
     this._end = () => {};
     this._table.update([]);
@@ -348,7 +348,7 @@ class Values {
     }
     const rows = found.filter(({ type, children }) => type && !children).slice(0, VALUES)
       .map((row) => ({ ...row, path: row.path ?? row.name }));
-    if (asked !== this._asked || rows.length === 0) return;
+    if (request !== this._newest || rows.length === 0) return;
     this._end = this._session.draw("symbols", { names: rows.map(({ path }) => path), every: this._session.every },
       (values) => this._table.update(rows.map((row) => ({ ...row, is: values?.[row.path] }))));
   }

@@ -99,7 +99,7 @@ export class Connection {
    * server refuses it. After a lost connection the watch goes on. Gives the function that ends it.
    */
   watch(topic, values, receive, failed = () => {}) {
-    const watch = { topic, values, receive, failed, number: null, asked: false, ended: false };
+    const watch = { topic, values, receive, failed, number: null, sent: false, ended: false };
     this._watches.add(watch);
     if (this.state === "open") this._begin(watch);
     return () => {
@@ -118,7 +118,7 @@ export class Connection {
       if (socket !== this._socket) return;
       this.hello = hello;
       this._emit("hello", hello);
-    }, () => {}); // it is asked again soon
+    }, () => {}); // the request is repeated soon
   }
 
   // one connection --------------------------------------------------------------------------
@@ -130,7 +130,7 @@ export class Connection {
         this.hello = hello;
         this._pause = FIRST_PAUSE;
         this._tell("open");
-        for (const watch of this._watches) if (!watch.asked) this._begin(watch);
+        for (const watch of this._watches) if (!watch.sent) this._begin(watch);
         this._emit("hello", hello);
       },
       (error) => {
@@ -156,7 +156,7 @@ export class Connection {
 
   _begin(watch) {
     const socket = this._socket;
-    watch.asked = true;
+    watch.sent = true;
     this._call("watch", { topic: watch.topic, ...watch.values }).then(
       (answer) => {
         if (socket !== this._socket) return;
@@ -193,12 +193,12 @@ export class Connection {
     } else if (message.event !== undefined) {
       this._emit(message.event, message);
     } else {
-      const asked = this._pending.get(message.id);
-      if (asked === undefined) return;
+      const request = this._pending.get(message.id);
+      if (request === undefined) return;
       this._pending.delete(message.id);
-      this._clock.clearTimeout(asked.late);
-      if (message.error) asked.reject(new Refusal(message.error));
-      else asked.resolve(message.result);
+      this._clock.clearTimeout(request.late);
+      if (message.error) request.reject(new Refusal(message.error));
+      else request.resolve(message.result);
     }
   }
 
@@ -213,7 +213,7 @@ export class Connection {
     this._byNumber.clear();
     this._early.clear();
     this._last = 0;
-    for (const watch of this._watches) Object.assign(watch, { number: null, asked: false });
+    for (const watch of this._watches) Object.assign(watch, { number: null, sent: false });
     this._fail(new NotConnected("The connection was lost before the answer came."));
     const reason = this._refused ?? event?.reason ?? "";
     this._refused = undefined;

@@ -34,7 +34,7 @@ export function parts(lines) {
   return { paths, texts, columns: Math.max(1, ...lines.map((line) => [...line].length)), rows: Math.max(1, lines.length) };
 }
 
-/** The picture; `name` is what a reader of the screen is told. */
+/** The picture; `name` is what a screen reader says. */
 export function drawing(name, lines) {
   const { paths, texts, columns, rows } = parts(lines);
   const [width, height] = [columns * WIDE, rows * HIGH];

@@ -11,7 +11,7 @@ export function number(value, decimals = 3) {
   return Number(text) === 0 ? text.replace("-", "") : text;
 }
 
-/** A parameter as short as it can be told exactly. */
+/** A parameter in the shortest exact form. */
 export function plain(value) {
   if (value === null || value === undefined) return NONE;
   if (typeof value === "boolean") return value ? "TRUE" : "FALSE";

@@ -233,7 +233,7 @@ function trafficOptions(session) {
 }
 
 /** One thing that was asked for: "read GVL.bBool = TRUE". */
-function told({ text, verb, name, value, error }) {
+function textOf({ text, verb, name, value, error }) {
   if (text) return text;
   const is = value === null || value === undefined || value === "" ? "" : ` = ${plain(value)}`;
   return `${verb ? `${verb} ` : ""}${name ?? ""}${is}${error ? ` ✗ ${code(error)}` : ""}`;
@@ -241,7 +241,7 @@ function told({ text, verb, name, value, error }) {
 
 function trafficLine({ time_ns: at, peer, client, device, command, duration_ns: took, error, answered, items = [] }) {
   const bad = Boolean(error) || answered === false;
-  const texts = items.length ? items.map(told) : [command];
+  const texts = items.length ? items.map(textOf) : [command];
   const many = texts.length > 1 ? `${texts.length} at once: ` : "";
   const end = answered === false ? "no answer" : error ? code(error)
     : typeof took === "number" ? `${(took / 1e6).toFixed(2)} ms` : "";

@@ -146,7 +146,7 @@ export function valueCell(first, tables) {
   });
   return [place, (row) => {
     latest = row;
-    show(text, told(row));
+    show(text, textOf(row));
     if (row.writable && text.parentElement !== edit) {
       edit.append(text);
       place.replaceChildren(edit);
@@ -154,11 +154,11 @@ export function valueCell(first, tables) {
       place.replaceChildren(text);
     }
     edit.disabled = !tables.control;
-    mark(edit, "aria-label", `${row.name}: ${told(row)}, change`);
+    mark(edit, "aria-label", `${row.name}: ${textOf(row)}, change`);
   }];
 }
 
-function told({ value, choices }) {
+function textOf({ value, choices }) {
   const choice = choices?.find((each) => each.value === value);
   return choice ? `${choice.name} (${plain(value)})` : plain(value);
 }

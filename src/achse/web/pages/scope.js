@@ -9,7 +9,7 @@
 import { field, h, mark, show, typing } from "./dom.js";
 import { number } from "./format.js";
 import { singleKeys, withModifier } from "./keys.js";
-import { asked, tracesOf, tracesText, triggerOf, triggerText } from "./scope/address.js";
+import { requestedTrigger, tracesOf, tracesText, triggerOf, triggerText } from "./scope/address.js";
 import { Analysis } from "./scope/analysis.js";
 import { Chart } from "./scope/chart.js";
 import { Colours, probe, useStyle } from "./scope/colours.js";
@@ -28,7 +28,7 @@ const WIDTHS = [0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 30, 60, 120];
 const CYCLES = [0.0001, 0.00025, 0.0005, 0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 1];
 const SLOW_FRAME = 250; // ms between pictures for people who want less motion
 const STOP = "Stop";
-const NUMBERS = 200; // ms between numbers that nobody asked for
+const NUMBERS = 200; // ms between numbers without a request
 
 export function mount(element, session) {
   const page = new ScopePage(element, session);
@@ -43,7 +43,7 @@ class ScopePage {
     this._span = new Span(nearest(WIDTHS, Number(view.get("width")), 5));
     this._cursors = [null, null];
     this._active = 0;
-    this._held = null;
+    this._earlier = null;
     this._charts = new Map();
     this._fired = null;
     this._pending = null;
@@ -60,7 +60,7 @@ class ScopePage {
     this._place = h("div", { class: "charts" });
     element.append(this._probe);
     this._colours = new Colours(this._probe);
-    this._recorder = new Recorder(session, (what, value) => this._told(what, value));
+    this._recorder = new Recorder(session, (what, value) => this._notify(what, value));
     this._recorder.cycle = nearest(CYCLES, Number(view.get("cycle")), 0.001);
     this._form = new TriggerForm(triggerOf(view.get("trigger")), () => this._retrigger());
     this._finder = new Finder(session, {
@@ -90,7 +90,7 @@ class ScopePage {
     this._listen();
     this._offer();
     this._recorder.lookBack = this._lookBack();
-    this._recorder.trigger = asked(this._form.value);
+    this._recorder.trigger = requestedTrigger(this._form.value);
     this._recorder.choose(this._traces.map(({ text }) => text));
     if (this._traces.length) this._recorder.start();
     this.dirty();
@@ -143,7 +143,7 @@ class ScopePage {
     this._traces = traces;
     this._session.view.set({ traces: tracesText(traces) });
     this._offer();
-    this._recorder.trigger = asked(this._form.value);
+    this._recorder.trigger = requestedTrigger(this._form.value);
     if (!this._recordings.shown) this._recorder.choose(traces.map(({ text }) => text));
     this.dirty();
   }
@@ -159,7 +159,7 @@ class ScopePage {
     this._session.view.set({ trigger: triggerText(this._form.value) });
     this._fired = this._pending = null;
     const before = this._recorder.trigger;
-    this._recorder.trigger = asked(this._form.value);
+    this._recorder.trigger = requestedTrigger(this._form.value);
     if (this._recorder.wanted && (before || this._recorder.trigger)) {
       this._span.follow();
       this._recorder.start();
@@ -189,12 +189,12 @@ class ScopePage {
   }
 
   _hold(held) {
-    this._held = held;
+    this._earlier = held;
     this._recordings.holds = held !== null;
     this.dirty();
   }
 
-  _told(what, value) {
+  _notify(what, value) {
     if (this._left) return;
     if (what === "error") this._session.fail(value);
     if (what === "trigger" && this._form.value.mode !== "off") this._trigger(value);
@@ -262,8 +262,8 @@ class ScopePage {
 
   _draw(now) {
     const { ring } = this._recorder;
-    const asked = this._plan === null;
-    if (asked) this._plan = this._planned();
+    const isMissing = this._plan === null;
+    if (isMissing) this._plan = this._planned();
     if (ring?.size) {
       if (!this._span.fixed) {
         const edge = this._roll.step(ring.last, now, this._span.width, !this._still.matches);
@@ -274,7 +274,7 @@ class ScopePage {
       const [from, to] = this._places();
       this._analysis.draw({ recorder: this._recorder, from, to });
     }
-    if (asked || now - this._spoken >= NUMBERS) {
+    if (isMissing || now - this._spoken >= NUMBERS) {
       clearTimeout(this._numbers);
       this._numbers = null;
       this._spoken = now;
@@ -302,11 +302,11 @@ class ScopePage {
         .filter(({ text, chart }) => chart === n && recorder.column(text) > 0);
       const drawn = live.map(({ text, order }) =>
         ({ title: title(text), unit: recorder.unit(text), number: order, held: false }));
-      const held = live.map(({ text }) => this._held?.values.get(text));
+      const held = live.map(({ text }) => this._earlier?.values.get(text));
       return { n, height, columns: live.map(({ text }) => recorder.column(text)),
         traces: [...drawn, ...drawn.filter((_, at) => held[at])
           .map((each) => ({ ...each, title: `${each.title}, held`, held: true }))],
-        held: this._held && { times: this._held.times, begin: 0, end: this._held.times.length,
+        held: this._earlier && { times: this._earlier.times, begin: 0, end: this._earlier.times.length,
           columns: held.filter(Boolean) } };
     });
   }
@@ -317,7 +317,7 @@ class ScopePage {
     chart.trigger = this._fired;
     chart.draw(traces, { times: ring.columns[0], begin: ring.start, end: ring.end,
       columns: columns.map((column) => ring.columns[column]) }, range, { width: this._width, height, held,
-      shift: held ? (this._fired ?? this._edge) - this._held.anchor : 0 });
+      shift: held ? (this._fired ?? this._edge) - this._earlier.anchor : 0 });
   }
 
   _newChart(n) {

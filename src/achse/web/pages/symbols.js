@@ -175,7 +175,7 @@ class WatchList {
   }
 
   _value(first) {
-    const text = h("span", { class: "mono told" });
+    const text = h("span", { class: "mono answer" });
     const edit = h("button", { type: "button", class: "value mono" }, text);
     const place = h("span", {}, edit);
     let latest = first;

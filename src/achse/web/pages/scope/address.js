@@ -54,7 +54,7 @@ export const KINDS = [
 ];
 
 /** The trigger as `scope.start` takes it; null for none. */
-export function asked({ mode, channel, kind, level, low, high }) {
+export function requestedTrigger({ mode, channel, kind, level, low, high }) {
   if (mode === "off" || !channel) return null;
   const band = KINDS.find(([name]) => name === kind)?.[2];
   return { channel, kind, ...(band ? { low, high } : { level }) };

@@ -11,14 +11,14 @@ const BESIDE = 60; // pixels that are not the picture's
 
 /**
  * One chart: traces over time. The page gives it the rows that are seen (`draw`) and hears what is
- * done by mouse or finger, if it is to: `told("zoom", [from, to])`, `("wheel", {at, factor})`, `("pan", part)`,
+ * done by mouse or finger, if it is to: `notify("zoom", [from, to])`, `("wheel", {at, factor})`, `("pan", part)`,
  * `("cursor", time)`, `("reset")`.
  */
 export class Chart {
-  constructor(place, colours, told, numbers = "The numbers are in the table below.") {
+  constructor(place, colours, notify, numbers = "The numbers are in the table below.") {
     this._numbers = numbers;
     this._colours = colours;
-    this._told = told;
+    this._notify = notify;
     this._shape = "";
     this._traces = null;
     this._overlaid = "";
@@ -29,7 +29,7 @@ export class Chart {
     this.trigger = null;
     this.element = h("div", { class: "chart" });
     place.append(this.element);
-    if (told !== null) this._listen();
+    if (notify !== null) this._listen();
   }
 
   get pixels() {
@@ -105,7 +105,7 @@ export class Chart {
       width: Math.max(width, 100), height,
       legend: { show: false },
       padding: [10, 12, 0, 0],
-      cursor: { y: false, points: { show: false }, drag: { x: this._told !== null, y: false, setScale: false } },
+      cursor: { y: false, points: { show: false }, drag: { x: this._notify !== null, y: false, setScale: false } },
       select: { show: true, left: 0, top: 0, width: 0, height: 0 },
       scales: { x: { time: false, auto: false },
         ...Object.fromEntries(units.map((unit) =>
@@ -169,7 +169,7 @@ export class Chart {
   _selected(plot) {
     const { left, width } = plot.select;
     if (width > 4) {
-      this._told("zoom", [plot.posToVal(left, "x"), plot.posToVal(left + width, "x")]);
+      this._notify("zoom", [plot.posToVal(left, "x"), plot.posToVal(left + width, "x")]);
     }
     if (width > 0) plot.setSelect({ left: 0, top: 0, width: 0, height: 0 }, false);
   }
@@ -186,9 +186,9 @@ export class Chart {
       if (this._plot === null) return;
       event.preventDefault();
       if (event.shiftKey || Math.abs(event.deltaX) > Math.abs(event.deltaY)) {
-        this._told("pan", Math.sign(event.deltaX || event.deltaY) * 0.1);
+        this._notify("pan", Math.sign(event.deltaX || event.deltaY) * 0.1);
       } else {
-        this._told("wheel", { at: this._part(event), factor: event.deltaY > 0 ? WHEEL : 1 / WHEEL });
+        this._notify("wheel", { at: this._part(event), factor: event.deltaY > 0 ? WHEEL : 1 / WHEEL });
       }
     }, { passive: false });
     // the phase of capture: with Shift uPlot does not see it
@@ -202,13 +202,13 @@ export class Chart {
     }, { capture: true });
     element.addEventListener("mousemove", (event) => {
       if (!down?.pan) return;
-      this._told("pan", (down.x - event.clientX) / this.pixels);
+      this._notify("pan", (down.x - event.clientX) / this.pixels);
       down.x = event.clientX;
     });
     element.addEventListener("mouseup", (event) => {
       if (down && !down.pan && Math.abs(event.clientX - down.from) < 4) {
         const { min, max } = this._plot.scales.x;
-        if (min !== null) this._told("cursor", min + this._part(event) * (max - min));
+        if (min !== null) this._notify("cursor", min + this._part(event) * (max - min));
       }
       down = null;
     });
@@ -217,7 +217,7 @@ export class Chart {
     });
     element.addEventListener("dblclick", (event) => {
       event.stopPropagation();
-      this._told("reset");
+      this._notify("reset");
     }, { capture: true });
   }
 }

@@ -5,7 +5,7 @@ export class Finder {
   constructor(session, { add, last }) {
     this._session = session;
     this._add = add;
-    this._asked = 0;
+    this._newest = 0;
     this._searched = ""; // the text whose matches are shown
     this._input = h("input", { type: "search", class: "search", placeholder: "Axes.X.ActPos, MAIN.…",
       "aria-label": "Search channels to add" });
@@ -38,7 +38,7 @@ export class Finder {
   }
 
   async _ask() {
-    const asked = ++this._asked;
+    const request = ++this._newest;
     const text = this._input.value.trim();
     if (text === "") {
       this._searched = "";
@@ -50,10 +50,10 @@ export class Finder {
     try {
       rows = await this._session.call("scope.search", { text, limit: 40 });
     } catch (error) {
-      if (asked === this._asked) this._session.fail(error);
+      if (request === this._newest) this._session.fail(error);
       return;
     }
-    if (asked !== this._asked) return;
+    if (request !== this._newest) return;
     this._searched = text;
     this._results.replaceChildren(...rows.map((row) => this._row(row)));
     this._note.textContent = rows.length ? "" : "No number has a name or a comment like this.";

@@ -8,16 +8,16 @@ const KEPT = 120; // seconds that can be looked back, if they fit
 /**
  * The samples of the page: starts and stops its scope at the server, keeps what comes in a ring.
  *
- * `told(what, value)` hears "samples", "state", "trigger" (its time) and "error".
+ * `notify(what, value)` hears "samples", "state", "trigger" (its time) and "error".
  */
 export class Recorder {
-  constructor(session, told) {
+  constructor(session, notify) {
     this._session = session;
-    this._told = told;
+    this._notify = notify;
     this._scope = null;
     this._loading = null;
     this._early = null;
-    this._asked = 0;
+    this._newest = 0;
     this._zero = undefined;
     this.texts = []; // the traces
     this.columns = []; // names of the ring's columns behind that of time
@@ -33,7 +33,7 @@ export class Recorder {
     this.dropped = 0;
     session.on("block", (buffer) => this._take(buffer));
     session.on("scope", ({ scope, text }) => {
-      if (scope === this._scope) told("error", new Error(text));
+      if (scope === this._scope) notify("error", new Error(text));
     });
     session.on("state", ({ state }) => {
       if (state === "lost") this._gone();
@@ -63,7 +63,7 @@ export class Recorder {
   /** Run with what is chosen now; what was run before ends. */
   async start() {
     this.wanted = true;
-    const asked = ++this._asked;
+    const request = ++this._newest;
     await this._end();
     const channels = sources(this.texts);
     if (channels.length === 0) {
@@ -76,7 +76,7 @@ export class Recorder {
         channels, cycle: this.cycle, record: this.record,
         ...(this.trigger ? { trigger: this.trigger } : {}),
       });
-      if (asked !== this._asked) {
+      if (request !== this._newest) {
         this._session.call("scope.stop", { scope: answer.scope }).catch(() => {});
         return;
       }
@@ -89,16 +89,16 @@ export class Recorder {
       this.ring?.gap();
       this._become("running");
     } catch (error) {
-      if (asked !== this._asked) return;
+      if (request !== this._newest) return;
       this.wanted = false;
       this._become("idle");
-      this._told("error", error);
+      this._notify("error", error);
     }
   }
 
   async stop() {
     this.wanted = false;
-    this._asked += 1;
+    this._newest += 1;
     await this._end();
     this._become("idle");
   }
@@ -130,7 +130,7 @@ export class Recorder {
     this.columns = [...columns];
     this.step = step;
     this.ring = ring;
-    this._told("samples");
+    this._notify("samples");
   }
 
   /** Which column of the ring a trace has; -1 without one. */
@@ -195,9 +195,9 @@ export class Recorder {
     this.dropped = block.dropped;
     if (block.gap) this.ring.gap();
     if (block.rows) this._append(block.columns);
-    if (block.trigger) this._told("trigger", block.columns[0][0]);
+    if (block.trigger) this._notify("trigger", block.columns[0][0]);
     if (block.end) this._gone();
-    this._told("samples");
+    this._notify("samples");
   }
 
   _append(columns) {
@@ -228,6 +228,6 @@ export class Recorder {
 
   _become(state) {
     this.state = state;
-    this._told("state");
+    this._notify("state");
   }
 }
