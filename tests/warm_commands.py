@@ -381,8 +381,8 @@ LOADED = (
     *("achse.devices.debug_service", "achse.devices.slave_service", "achse.drive"),
     *("achse.faults.drives", "achse.fmu.server", "achse.plc.bodies", "achse.plc.machine.build"),
     *("achse.st.project", "achse.station.building.drive_buses", "achse.station.building.terminals"),
-    *("achse.station.slaves.control_port", "achse.tcunit", "achse.web.calls", "achse.web.listening"),
-    *("achse.web.server", "llvmlite.binding", "uvloop"),
+    *("achse.station.slaves.control_port", "achse.tcunit", "achse.web.calls"),
+    *("achse.web.listening", "achse.web.server", "llvmlite.binding", "uvloop"),
 )
 """Modules that commands import when they need them."""
 
