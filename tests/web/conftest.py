@@ -118,8 +118,8 @@ async def shown_station(
 
     async with connect(station.router, port=851, keep_alive=None) as client:
         server = WebServer(client, settings, pause=lambda seconds: asyncio.sleep(0), **options)
-        assert server.desks is not None
-        server.desks.scopes.poll = 0.0
+        assert server.handlers is not None
+        server.handlers.scopes.poll = 0.0
         time = asyncio.create_task(pass_time())
         try:
             yield Shown(station, server)

@@ -58,7 +58,7 @@ async def test_rows_come_in_every_cycle(shown: Shows) -> None:
         )
         assert {b - a for a, b in itertools.pairwise(counts)} <= {0.0, 1.0}
         await page.done("scope.stop", scope=started["scope"])
-        assert it.server.desks.scopes.samplers == 0
+        assert it.server.handlers.scopes.samplers == 0
         assert "no scope" in (await page.refused("scope.stop", scope=started["scope"]))["text"]
 
 
@@ -68,13 +68,13 @@ async def test_pages_with_the_same_wish_share_a_sampler(shown: Shows) -> None:
         assert one["cycle"] == 0.002, "whole ticks of the station"
         async with it.page() as second:
             other = await second.done("scope.start", channels=[COUNTER], cycle=0.002)
-            assert it.server.desks.scopes.samplers == 1
+            assert it.server.handlers.scopes.samplers == 1
             assert other["time_zero"] == one["time_zero"] > 0
             await blocks(second, other["scope"], 10)
             await first.done("scope.start", channels=[COUNTER, POSITION], cycle=0.002)
-            assert it.server.desks.scopes.samplers == 2
+            assert it.server.handlers.scopes.samplers == 2
         await blocks(first, one["scope"], 10)
-    assert it.server.desks.scopes.samplers == 0
+    assert it.server.handlers.scopes.samplers == 0
 
 
 async def test_pages_that_begin_at_once_share_a_sampler_and_its_encoding(
@@ -93,7 +93,7 @@ async def test_pages_that_begin_at_once_share_a_sampler_and_its_encoding(
         started = await asyncio.gather(
             *(page.done("scope.start", channels=[COUNTER], cycle=0.002) for page in pages)
         )
-        assert it.server.desks.scopes.samplers == 1
+        assert it.server.handlers.scopes.samplers == 1
         found = [
             await blocks(page, one["scope"], 100) for page, one in zip(pages, started, strict=True)
         ]
@@ -101,7 +101,7 @@ async def test_pages_that_begin_at_once_share_a_sampler_and_its_encoding(
             counts = [count for block in each for count in block.columns[1]]
             assert {b - a for a, b in itertools.pairwise(counts)} <= {0.0, 1.0}
         assert len(encoded) == len({id(rows) for rows in encoded})
-    assert it.server.desks.scopes.samplers == 0
+    assert it.server.handlers.scopes.samplers == 0
 
 
 async def test_blocks_go_to_one_page_in_each_turn_of_the_loop(shown: Shows) -> None:
@@ -172,7 +172,7 @@ async def test_a_recording_is_kept_loaded_and_exported(shown: Shows) -> None:
         started = await page.done("scope.start", channels=[COUNTER], cycle=0.002, record=True)
         await blocks(page, started["scope"], 300)
         path = await page.done("scope.export", scope=started["scope"], format="csv")
-        name, data = it.server.desks.scopes.download(path.rpartition("/")[2])
+        name, data = it.server.handlers.scopes.download(path.rpartition("/")[2])
         assert name == "scope.csv"
         assert data.decode().count("\n") > 300
         await page.done("scope.stop", scope=started["scope"])
@@ -183,8 +183,8 @@ async def test_a_recording_is_kept_loaded_and_exported(shown: Shows) -> None:
         assert found[-1].flags & BlockFlag.END
         assert sum(each.rows for each in found) >= 300
         path = await page.done("scope.export", name="recording 1")
-        assert it.server.desks.scopes.download(path.rpartition("/")[2])[0] == "recording-1.csv"
-        assert it.server.desks.scopes.download("else") is None
+        assert it.server.handlers.scopes.download(path.rpartition("/")[2])[0] == "recording-1.csv"
+        assert it.server.handlers.scopes.download("else") is None
 
 
 async def test_scopes_of_the_station_are_recordings(shown: Shows) -> None:
@@ -232,7 +232,7 @@ async def test_names_of_channels_are_not_formulas_in_an_export(shown: Shows) -> 
             for _ in range(100):
                 await asyncio.sleep(0)
             path = await page.done("scope.export", name=f"scope {scope.number}: x")
-            _, data = it.server.desks.scopes.download(path.rpartition("/")[2])
+            _, data = it.server.handlers.scopes.download(path.rpartition("/")[2])
     heads = data.decode().partition("\n\n\n")[2].splitlines()[:20]
     cells = [cell for line in heads for cell in line.split("\t")[1:]]
     assert "'=cmd|' /C calc'!A0" in cells
@@ -277,6 +277,6 @@ async def test_what_can_be_recorded_is_found_with_its_unit(shown: Shows) -> None
 async def test_what_cannot_be_recorded(shown: Shows, fields: dict[str, Any], told: str) -> None:
     async with shown() as it, it.page() as page:
         assert told in (await page.refused("scope.start", **fields))["text"]
-        assert it.server.desks.scopes.samplers == 0
+        assert it.server.handlers.scopes.samplers == 0
         assert "recording" in (await page.refused("scope.load", name="x"))["text"]
         assert "no scope" in (await page.refused("scope.export", scope=3))["text"]

@@ -110,7 +110,7 @@ async def test_a_search_has_the_nearest_match_first(shown: Shows, tmp_path: Path
 
 async def test_many_symbols_leave_the_loop_its_turns(shown: Shows) -> None:
     async with shown() as it, it.page():
-        listing = it.server.desks.symbols._listings[851]
+        listing = it.server.handlers.symbols._listings[851]
         some = next(iter((await listing.roots()).values()))
         roots = {f"main.n{n}": some._replace(name=f"MAIN.n{n}") for n in range(2_000)}
         listing._roots, listing._leaves = roots, None
@@ -123,7 +123,7 @@ async def test_many_symbols_leave_the_loop_its_turns(shown: Shows) -> None:
                 await asyncio.sleep(0)
 
         counting = asyncio.create_task(count())
-        found = await it.server.desks.symbols.search("main.n1999", 10)
+        found = await it.server.handlers.symbols.search("main.n1999", 10)
         assert [each.name for each in found] == ["MAIN.n1999"]
         indexed = turns
         assert indexed >= 10

@@ -36,7 +36,7 @@ _LOOK_AGAIN = 5.0
 """Seconds after which names and units are asked for again."""
 
 
-class AxisDesk:
+class AxisHandlers:
     """Handlers of page calls about the axes of a target."""
 
     def __init__(self, watched: WatchedTarget) -> None:

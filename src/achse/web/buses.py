@@ -59,7 +59,7 @@ def drive_state(statusword: int) -> str:
     return next((name for mask, value, name in _DRIVE_STATES if statusword & mask == value), "?")
 
 
-class BusDesk:
+class BusHandlers:
     """Handlers of page calls about buses and drives."""
 
     def __init__(self, watched: WatchedTarget) -> None:

@@ -5,132 +5,132 @@ from pathlib import Path
 from typing import NamedTuple
 
 from achse.router.rights import ALL_RIGHTS, Right
-from achse.web.axes import AxisDesk
-from achse.web.buses import BusDesk
+from achse.web.axes import AxisHandlers
+from achse.web.buses import BusHandlers
 from achse.web.contents import PageCall
-from achse.web.drive_objects import DriveObjectDesk
-from achse.web.faults import FaultDesk
+from achse.web.drive_objects import DriveObjectHandlers
+from achse.web.faults import FaultHandlers
 from achse.web.feeds import Topic
-from achse.web.journal import JournalDesk
-from achse.web.overview import OverviewDesk
-from achse.web.parameters import ParameterDesk
+from achse.web.journal import JournalHandlers
+from achse.web.overview import OverviewHandlers
+from achse.web.parameters import ParameterHandlers
 from achse.web.process_log import ProcessLog
-from achse.web.scene import SceneDesk
-from achse.web.scopes import ScopeDesk
+from achse.web.scene import SceneHandlers
+from achse.web.scopes import ScopeHandlers
 from achse.web.settings import EditedProject
-from achse.web.sources import SourceDesk
-from achse.web.symbols import SymbolDesk
-from achse.web.tables import ChannelDesk, TableDesk
-from achse.web.traffic import ServiceRows, TrafficDesk, rows_of_demo
+from achse.web.sources import SourceHandlers
+from achse.web.symbols import SymbolHandlers
+from achse.web.tables import ChannelHandlers, TableHandlers
+from achse.web.traffic import ServiceRows, TrafficHandlers, rows_of_demo
 from achse.web.watched import WatchedTarget
 
 
-class Desks(NamedTuple):
+class TargetHandlers(NamedTuple):
     """Handlers of page calls about one target."""
 
-    axes: AxisDesk
-    parameters: ParameterDesk
-    overview: OverviewDesk
-    symbols: SymbolDesk
-    scopes: ScopeDesk
-    faults: FaultDesk
-    journal: JournalDesk
-    traffic: TrafficDesk
-    buses: BusDesk
-    objects: DriveObjectDesk
-    tables: TableDesk
-    channels: ChannelDesk
-    scene: SceneDesk
-    sources: SourceDesk
+    axes: AxisHandlers
+    parameters: ParameterHandlers
+    overview: OverviewHandlers
+    symbols: SymbolHandlers
+    scopes: ScopeHandlers
+    faults: FaultHandlers
+    journal: JournalHandlers
+    traffic: TrafficHandlers
+    buses: BusHandlers
+    objects: DriveObjectHandlers
+    tables: TableHandlers
+    channels: ChannelHandlers
+    scene: SceneHandlers
+    sources: SourceHandlers
 
 
-def desks_of(
+def handlers_of(
     watched: WatchedTarget,
     scene: Path | None = None,
     rows: ServiceRows = rows_of_demo,
     process_log: ProcessLog | None = None,
     projects: Sequence[EditedProject] = (),
-) -> Desks:
+) -> TargetHandlers:
     """The desks of a target; `rows` name the services in its traffic.
 
     `process_log` is for a target in this process.
     """
-    buses, channels, scenes = BusDesk(watched), ChannelDesk(watched), SceneDesk(scene)
+    buses, channels, scenes = BusHandlers(watched), ChannelHandlers(watched), SceneHandlers(scene)
     watched.offer(("bus", "drives"), buses.there)
     watched.offer(("channels",), channels.there)
     watched.offer(("scene",), scenes.there)
-    sources = SourceDesk(watched, projects)
+    sources = SourceHandlers(watched, projects)
     watched.offer(("sources",), sources.there)
-    faults, symbols = FaultDesk(watched), SymbolDesk(watched)
-    return Desks(
-        AxisDesk(watched),
-        ParameterDesk(watched),
-        OverviewDesk(watched, faults),
+    faults, symbols = FaultHandlers(watched), SymbolHandlers(watched)
+    return TargetHandlers(
+        AxisHandlers(watched),
+        ParameterHandlers(watched),
+        OverviewHandlers(watched, faults),
         symbols,
-        ScopeDesk(watched, symbols),
+        ScopeHandlers(watched, symbols),
         faults,
-        JournalDesk(watched, process_log),
-        TrafficDesk(watched, rows),
+        JournalHandlers(watched, process_log),
+        TrafficHandlers(watched, rows),
         buses,
-        DriveObjectDesk(buses),
-        TableDesk(watched),
+        DriveObjectHandlers(buses),
+        TableHandlers(watched),
         channels,
         scenes,
         sources,
     )
 
 
-def calls_of(watched: WatchedTarget, desks: Desks) -> dict[str, PageCall]:
+def calls_of(watched: WatchedTarget, handlers: TargetHandlers) -> dict[str, PageCall]:
     """The calls about a target, by name."""
     return {
         "hello": PageCall(watched.hello),
-        "axes.do": PageCall(desks.axes.do, Right.WRITE, of_page=True),
-        "axes.parameters": PageCall(desks.parameters.listed),
-        "axes.write": PageCall(desks.parameters.write, Right.WRITE),
-        "symbols.list": PageCall(desks.symbols.listed),
-        "symbols.read": PageCall(desks.symbols.read),
-        "symbols.methods": PageCall(desks.symbols.methods),
-        "symbols.write": PageCall(desks.symbols.write, Right.WRITE),
-        "symbols.call": PageCall(desks.symbols.call, Right.METHODS),
-        "scope.search": PageCall(desks.scopes.search),
-        "scope.start": PageCall(desks.scopes.start, of_page=True),
-        "scope.stop": PageCall(desks.scopes.stop, of_page=True),
-        "scope.recordings": PageCall(desks.scopes.recordings),
-        "scope.load": PageCall(desks.scopes.load, of_page=True),
-        "scope.export": PageCall(desks.scopes.export, of_page=True),
-        "faults.list": PageCall(desks.faults.kinds),
-        "faults.set": PageCall(desks.faults.set, ALL_RIGHTS),
-        "faults.clear": PageCall(desks.faults.clear, ALL_RIGHTS),
-        "drives.list": PageCall(desks.buses.drives),
-        "drives.objects": PageCall(desks.objects.listed),
-        "drives.write": PageCall(desks.objects.write, Right.WRITE),
-        "tables.list": PageCall(desks.tables.tables),
-        "tables.points": PageCall(desks.tables.points),
-        "channels.list": PageCall(desks.channels.channels),
-        "channels.path": PageCall(desks.channels.path),
-        "channels.plan": PageCall(desks.channels.plan),
-        "channels.do": PageCall(desks.channels.do, Right.WRITE),
-        "scene": PageCall(desks.scene.scene),
-        "sources.list": PageCall(desks.sources.listed),
-        "sources.read": PageCall(desks.sources.read),
-        "sources.check": PageCall(desks.sources.check),
-        "sources.save": PageCall(desks.sources.save, ALL_RIGHTS),
-        "sources.apply": PageCall(desks.sources.apply, ALL_RIGHTS),
+        "axes.do": PageCall(handlers.axes.do, Right.WRITE, of_page=True),
+        "axes.parameters": PageCall(handlers.parameters.listed),
+        "axes.write": PageCall(handlers.parameters.write, Right.WRITE),
+        "symbols.list": PageCall(handlers.symbols.listed),
+        "symbols.read": PageCall(handlers.symbols.read),
+        "symbols.methods": PageCall(handlers.symbols.methods),
+        "symbols.write": PageCall(handlers.symbols.write, Right.WRITE),
+        "symbols.call": PageCall(handlers.symbols.call, Right.METHODS),
+        "scope.search": PageCall(handlers.scopes.search),
+        "scope.start": PageCall(handlers.scopes.start, of_page=True),
+        "scope.stop": PageCall(handlers.scopes.stop, of_page=True),
+        "scope.recordings": PageCall(handlers.scopes.recordings),
+        "scope.load": PageCall(handlers.scopes.load, of_page=True),
+        "scope.export": PageCall(handlers.scopes.export, of_page=True),
+        "faults.list": PageCall(handlers.faults.kinds),
+        "faults.set": PageCall(handlers.faults.set, ALL_RIGHTS),
+        "faults.clear": PageCall(handlers.faults.clear, ALL_RIGHTS),
+        "drives.list": PageCall(handlers.buses.drives),
+        "drives.objects": PageCall(handlers.objects.listed),
+        "drives.write": PageCall(handlers.objects.write, Right.WRITE),
+        "tables.list": PageCall(handlers.tables.tables),
+        "tables.points": PageCall(handlers.tables.points),
+        "channels.list": PageCall(handlers.channels.channels),
+        "channels.path": PageCall(handlers.channels.path),
+        "channels.plan": PageCall(handlers.channels.plan),
+        "channels.do": PageCall(handlers.channels.do, Right.WRITE),
+        "scene": PageCall(handlers.scene.scene),
+        "sources.list": PageCall(handlers.sources.listed),
+        "sources.read": PageCall(handlers.sources.read),
+        "sources.check": PageCall(handlers.sources.check),
+        "sources.save": PageCall(handlers.sources.save, ALL_RIGHTS),
+        "sources.apply": PageCall(handlers.sources.apply, ALL_RIGHTS),
     }
 
 
-def topics_of(desks: Desks) -> dict[str, Topic]:
+def topics_of(handlers: TargetHandlers) -> dict[str, Topic]:
     """Return the topics that pages can watch, by name."""
     return {
-        "axes": Topic(desks.axes.watch_axes),
-        "axis": Topic(desks.axes.watch_axis),
-        "overview": Topic(desks.overview.watch_overview),
-        "symbols": Topic(desks.symbols.watch),
-        "faults": Topic(desks.faults.watch),
-        "log": Topic(desks.journal.watch, lines=True),
-        "traffic": Topic(desks.traffic.watch, lines=True, needs=ALL_RIGHTS),
-        "drives": Topic(desks.buses.watch_drives),
-        "bus": Topic(desks.buses.watch_bus),
-        "channel": Topic(desks.channels.watch),
-        "drawings": Topic(desks.sources.watch_drawings),
+        "axes": Topic(handlers.axes.watch_axes),
+        "axis": Topic(handlers.axes.watch_axis),
+        "overview": Topic(handlers.overview.watch_overview),
+        "symbols": Topic(handlers.symbols.watch),
+        "faults": Topic(handlers.faults.watch),
+        "log": Topic(handlers.journal.watch, lines=True),
+        "traffic": Topic(handlers.traffic.watch, lines=True, needs=ALL_RIGHTS),
+        "drives": Topic(handlers.buses.watch_drives),
+        "bus": Topic(handlers.buses.watch_bus),
+        "channel": Topic(handlers.channels.watch),
+        "drawings": Topic(handlers.sources.watch_drawings),
     }

@@ -14,7 +14,7 @@ from achse.client import Target
 from achse.drive import IDENTITIES
 from achse.drive.objects import ROWS, ObjectRow, find
 from achse.web.arguments import Arguments
-from achse.web.buses import SDO, BusDesk
+from achse.web.buses import SDO, BusHandlers
 from achse.web.messages import CallError
 
 _IDENTITY = 0x1018
@@ -29,10 +29,10 @@ _OWN = range(0x2000, 0x7000)
 _AT_ONCE = 16
 
 
-class DriveObjectDesk:
+class DriveObjectHandlers:
     """Reads and writes objects of drives by their station addresses."""
 
-    def __init__(self, buses: BusDesk) -> None:
+    def __init__(self, buses: BusHandlers) -> None:
         self._buses = buses
 
     async def listed(self, given: Arguments) -> list[dict[str, Any]]:

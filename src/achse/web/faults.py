@@ -22,7 +22,7 @@ _OF_DRIVE = re.compile(r"bus (\d{1,4}): (\d{1,9})")
 """Pattern for the key of a drive fault on pages; the key of a station fault is its number."""
 
 
-class FaultDesk:
+class FaultHandlers:
     """Handlers of page calls about faults: of the station, and of the drives on its own buses."""
 
     def __init__(self, watched: WatchedTarget) -> None:

@@ -17,7 +17,7 @@ _LONGEST = 4096
 _LEVELS = ((0x04, "error"), (0x02, "warning"), (0x01, "info"))
 
 
-class JournalDesk:
+class JournalHandlers:
     """Follows the logger of a target, or the log of its process, which has those messages too."""
 
     def __init__(self, watched: WatchedTarget, process_log: ProcessLog | None = None) -> None:

@@ -5,7 +5,7 @@ from typing import Any
 
 from achse.ams import AdsError, AdsState
 from achse.web.arguments import Arguments
-from achse.web.faults import FaultDesk
+from achse.web.faults import FaultHandlers
 from achse.web.feeds import Feed
 from achse.web.watched import WatchedTarget
 
@@ -15,10 +15,10 @@ _PORTS = (100, 110, 300, 500, 501, 801, 811, 851, 852, 853, 10_000, 14_000)
 _STATE_WITHIN = 1.0
 
 
-class OverviewDesk:
+class OverviewHandlers:
     """Handlers of page calls of the overview, the first page."""
 
-    def __init__(self, watched: WatchedTarget, faults: FaultDesk) -> None:
+    def __init__(self, watched: WatchedTarget, faults: FaultHandlers) -> None:
         self._watched = watched
         self._faults = faults
 

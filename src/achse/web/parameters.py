@@ -20,7 +20,7 @@ _RANGE = re.compile(r"([-+.\de]+)?\.\.([-+.\de]+)?")
 _KEY = re.compile(r"([0-9A-Fa-f]{4})\+(\d{1,3}):([0-9A-Fa-f]{1,8})")
 
 
-class ParameterDesk:
+class ParameterHandlers:
     """Reads and writes the parameters of axes."""
 
     def __init__(self, watched: WatchedTarget) -> None:

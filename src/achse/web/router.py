@@ -8,13 +8,13 @@ from achse.router.rights import ALL_RIGHTS
 from achse.web.arguments import Arguments
 from achse.web.contents import PageCall, PageContents
 from achse.web.feeds import Feed, Topic
-from achse.web.journal import JournalDesk
+from achse.web.journal import JournalHandlers
 from achse.web.process_log import ProcessLog
-from achse.web.traffic import ServiceRows, TrafficDesk
+from achse.web.traffic import ServiceRows, TrafficHandlers
 from achse.web.watched import LONGEST_TEXT, WatchedTarget
 
 
-class RouterDesk:
+class RouterHandlers:
     """Handlers of page calls about a router; its figures are in `group` at port 1."""
 
     def __init__(self, watched: WatchedTarget, group: int, name: str) -> None:
@@ -50,8 +50,8 @@ def router_contents(
     watched: WatchedTarget, group: int, name: str, rows: ServiceRows, process_log: ProcessLog
 ) -> PageContents:
     """Return the calls and topics about a router of this process."""
-    router, traffic = RouterDesk(watched, group, name), TrafficDesk(watched, rows)
-    journal = JournalDesk(watched, process_log)
+    router, traffic = RouterHandlers(watched, group, name), TrafficHandlers(watched, rows)
+    journal = JournalHandlers(watched, process_log)
     return PageContents(
         {"hello": PageCall(router.hello)},
         {

@@ -11,7 +11,7 @@ from achse.web.messages import CallError
 _LARGEST = 1 << 20
 
 
-class SceneDesk:
+class SceneHandlers:
     """Gives the scene of a station; `file` None: it has none."""
 
     def __init__(self, file: Path | None) -> None:

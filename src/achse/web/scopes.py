@@ -29,7 +29,7 @@ from achse.web.sampling import (
     from_notifications,
     from_scope,
 )
-from achse.web.symbols import SymbolDesk
+from achse.web.symbols import SymbolHandlers
 from achse.web.watched import NC_PORT, PLC_PORT, SCOPE_PORT, WatchedTarget
 
 if TYPE_CHECKING:
@@ -93,10 +93,10 @@ class PageScope:
         self._outbox.put_block(self.number, b"", 0, 0, BlockFlag.END)
 
 
-class ScopeDesk:
+class ScopeHandlers:
     """Handlers of page calls about scopes."""
 
-    def __init__(self, watched: WatchedTarget, symbols: SymbolDesk) -> None:
+    def __init__(self, watched: WatchedTarget, symbols: SymbolHandlers) -> None:
         self._watched = watched
         self._symbols = symbols
         self._samplers: dict[str, ScopeFeed] = {}

@@ -22,7 +22,7 @@ from achse.web.watched import WatchedTarget
 if TYPE_CHECKING:
     from starlette.applications import Starlette
 
-    from achse.web.calls import Desks
+    from achse.web.calls import TargetHandlers
     from achse.web.listening import QuietServer
 
 _ENDS_WITHIN = 5.0
@@ -56,16 +56,16 @@ class WebServer:
         if self.settings.read_only:
             rights &= Right.READ
         self.watched = WatchedTarget(client, name=name, rights=rights)
-        self.desks: Desks | None = None
+        self.handlers: TargetHandlers | None = None
         """Handlers of the calls about a station."""
         if contents is None:
-            from achse.web.calls import calls_of, desks_of, topics_of
+            from achse.web.calls import calls_of, handlers_of, topics_of
 
-            self.desks = desks = desks_of(
+            self.handlers = handlers = handlers_of(
                 self.watched, self.settings.scene, rows, process_log, self.settings.projects
             )
-            calls = calls_of(self.watched, desks)
-            self._contents = PageContents(calls, topics_of(desks), desks.scopes.download)
+            calls = calls_of(self.watched, handlers)
+            self._contents = PageContents(calls, topics_of(handlers), handlers.scopes.download)
         else:
             self._contents = contents(self.watched)
         self.feeds = Feeds(self._contents.topics, pause, of_station)

@@ -22,7 +22,7 @@ LONGEST_CODE = 1 << 20
 _T = TypeVar("_T")
 
 
-class SourceDesk:
+class SourceHandlers:
     """Gives pages the sources of some projects; one thread at a time works on them."""
 
     def __init__(self, watched: WatchedTarget, projects: Sequence[EditedProject]) -> None:

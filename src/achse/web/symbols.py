@@ -189,7 +189,7 @@ def _may_be_written(entry: SymbolEntry) -> bool:
     return not entry.flags & _READ_ONLY_FLAG
 
 
-class SymbolDesk:
+class SymbolHandlers:
     """Handlers of page calls about symbols."""
 
     def __init__(self, watched: WatchedTarget) -> None:

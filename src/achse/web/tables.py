@@ -16,7 +16,7 @@ from achse.web.watched import NC_PORT, WatchedTarget
 _MOST_POINTS = 2000
 
 
-class TableDesk:
+class TableHandlers:
     """Cam tables as curves."""
 
     def __init__(self, watched: WatchedTarget) -> None:
@@ -86,7 +86,7 @@ _MOST_PATH = 5000
 """Points of a path that are kept."""
 
 
-class ChannelDesk:
+class ChannelHandlers:
     """Channels with their interpreters, and where their tools went."""
 
     def __init__(self, watched: WatchedTarget) -> None:

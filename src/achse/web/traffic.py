@@ -31,7 +31,7 @@ def rows_of_demo() -> Mapping[int, Sequence[RowFacts]]:
     return rows_of(Station.demo().devices)
 
 
-class TrafficDesk:
+class TrafficHandlers:
     """Follows what passes a station."""
 
     def __init__(self, watched: WatchedTarget, rows: ServiceRows = rows_of_demo) -> None:
