@@ -182,7 +182,7 @@ ROOMS: Mapping[str, Room] = {
             "transport/secure/password_queue.py": (),
             "transport/secure/password_checker.py": (),
             "transport/secure/own_certificate.py": (),
-            "web/door.py": (),
+            "web/access_guard.py": (),
         },
         (
             "transport/secure/test_tls.py",
@@ -193,7 +193,7 @@ ROOMS: Mapping[str, Room] = {
             "transport/secure/test_password_queue.py",
             "transport/secure/test_password_checker.py",
             "transport/secure/test_own_certificate.py",
-            "web/test_door.py",
+            "web/test_access_guard.py",
             "web/test_app.py",
             "web/test_server.py",
         ),

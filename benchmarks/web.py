@@ -24,7 +24,7 @@ from typing import Any
 
 from achse.client import connect
 from achse.station import Station
-from achse.web.outbox import PageOutbox
+from achse.web.send_queue import PageSendQueue
 from achse.web.server import WebServer
 from achse.web.settings import WebSettings
 
@@ -193,13 +193,13 @@ async def measured(
 
 def waiting(seconds: float) -> tuple[int, int]:
     """Bytes that wait for a page that never reads, and bytes that were put in."""
-    outbox = PageOutbox()
+    send_queue = PageSendQueue()
     rows = 40
     payload = bytes(8 * rows * (CHANNELS + 1))
     blocks = round(seconds * 1000 / rows)
     for _ in range(blocks):
-        outbox.put_block(1, payload, CHANNELS + 1, rows)
-    return outbox.held, blocks * len(payload)
+        send_queue.put_block(1, payload, CHANNELS + 1, rows)
+    return send_queue.held, blocks * len(payload)
 
 
 def main() -> None:

@@ -407,7 +407,7 @@ elsewhere(
     "Pages in the browser call and watch what `rights` in `[router]` allow, and see the traffic of"
     " others with all rights only.",
     "tests/web/test_calls.py::test_calls_that_change_something_need_more_than_reading",
-    "tests/web/test_feeds.py::test_a_topic_needs_what_the_station_allows",
+    "tests/web/test_shared_subscriptions.py::test_a_topic_needs_what_the_station_allows",
 )
 elsewhere(
     "With `--web-edit` or `[web] edit` they read the sources of the PLCs, and save them with all"

@@ -10,8 +10,8 @@ import pytest
 import wsproto
 from wsproto import events
 
+from achse.web.access_guard import SECURITY_HEADERS
 from achse.web.app import MOST_BYTES
-from achse.web.door import SECURITY_HEADERS
 from achse.web.settings import WebSettings
 
 Shows = Callable[..., Any]

@@ -27,7 +27,7 @@ def test_each_reader_gives_its_type_or_names_the_field(value: Any, least: int, m
         (lambda: given.text("field"), str),
         (lambda: given.choice("field", ("a", "b")), str),
         (lambda: given.number("field", None, least, most), float),
-        (lambda: given.whole("field", None, least, most), int),
+        (lambda: given.integer("field", None, least, most), int),
         (lambda: given.flag("field"), bool),
         (lambda: given.names("field"), list),
         (lambda: given.value("field"), object),
@@ -48,7 +48,7 @@ def test_defaults_and_ranges() -> None:
     assert "n" in given
     assert given.text("a", "z") == "z"
     assert given.number("b", 1.5) == 1.5
-    assert given.whole("b", 3) == 3
+    assert given.integer("b", 3) == 3
     assert given.names("l") == ["x", "y"]
     assert given.flag("t") is True
     with pytest.raises(CallError, match=r"n: expected a number 0\.\.4, got 5"):

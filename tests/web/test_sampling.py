@@ -16,7 +16,7 @@ from achse.station import Station
 from achse.web.sampling import (
     KEPT_BYTES,
     SampleRows,
-    ScopeFeed,
+    SharedSampling,
     TriggerWatch,
     columns_of,
     from_notifications,
@@ -105,7 +105,7 @@ class Taken:
         self.enough: asyncio.Future[None] = asyncio.get_running_loop().create_future()
         self.ended: asyncio.Future[Exception | None] = asyncio.get_running_loop().create_future()
 
-    def take(self, sampler: ScopeFeed, rows: SampleRows) -> None:
+    def take(self, sampler: SharedSampling, rows: SampleRows) -> None:
         self.rows.append(rows)
         if sum(each.size for each in self.rows) > 20 and not self.enough.done():
             self.enough.set_result(None)
@@ -117,12 +117,12 @@ class Taken:
 async def test_what_is_kept_is_bounded_and_without_gaps() -> None:
     big = bytes(KEPT_BYTES // 4)
 
-    async def source(sampler: ScopeFeed) -> AsyncIterator[SampleRows]:
+    async def source(sampler: SharedSampling) -> AsyncIterator[SampleRows]:
         sampler.known([REAL], 1000, 0)
         for number in range(8):
             yield SampleRows(number * len(big) // 8 * 1000, len(big) // 8, big, number == 2)
 
-    sampler = ScopeFeed([ScopeChannel("c", symbol="c")], 1e-6, zero_ns=lambda time: 0)
+    sampler = SharedSampling([ScopeChannel("c", symbol="c")], 1e-6, zero_ns=lambda time: 0)
     taken = Taken()
     sampler.takers[taken] = None
     await sampler.open(source)
@@ -141,7 +141,7 @@ async def test_a_target_without_scopes_is_sampled_by_notifications() -> None:
         ScopeChannel("500:Axes.X.ActPos", symbol="Axes.X.ActPos", port=500),
     ]
     async with connect(station.router, port=851, keep_alive=None) as client:
-        sampler = ScopeFeed(channels, 0.01, zero_ns=lambda time: 0)
+        sampler = SharedSampling(channels, 0.01, zero_ns=lambda time: 0)
         sampler.poll = 0.0
         taken = Taken()
         sampler.takers[taken] = None
@@ -163,6 +163,6 @@ async def test_a_target_without_scopes_is_sampled_by_notifications() -> None:
         begins = [each.begin_ns for each in taken.rows]
         assert begins == sorted(begins)
         text = ScopeChannel("t", symbol="GVL.sString", port=851)
-        wrong = ScopeFeed([text], 0.01, zero_ns=lambda time: 0)
+        wrong = SharedSampling([text], 0.01, zero_ns=lambda time: 0)
         with pytest.raises(ValueError, match="expected a number"):
             await wrong.open(from_notifications(client))

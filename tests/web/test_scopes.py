@@ -11,8 +11,8 @@ from typing import Any
 import pytest
 
 from achse.scope.channel import ScopeChannel
-from achse.web.outbox import BLOCK_HEADER, BlockFlag
 from achse.web.sampling import SampleRows, columns_of
+from achse.web.send_queue import BLOCK_HEADER, BlockFlag
 from tests.web.conftest import OpenPage
 
 Shows = Callable[..., Any]
@@ -157,8 +157,8 @@ async def test_a_slow_page_gets_gaps_and_holds_nothing_up(shown: Shows) -> None:
         slow.reads.clear()
         payload = bytes(1 << 20)
         for _ in range(20):
-            viewer.outbox.put_block(started["scope"], payload, 2, 1 << 16)
-        assert viewer.outbox.held <= 5 << 20
+            viewer.send_queue.put_block(started["scope"], payload, 2, 1 << 16)
+        assert viewer.send_queue.held <= 5 << 20
         assert await good.done("hello")
         slow.reads.set()
         dropped: list[Block] = []

@@ -19,11 +19,11 @@ async def test_watches_are_numbered_and_ended(shown: Shows) -> None:
         first = (await page.done("watch", topic="axes"))["watch"]
         second = (await page.done("watch", topic="overview"))["watch"]
         assert first != second
-        assert len(it.server.feeds) == 2
+        assert len(it.server.subscriptions) == 2
         await page.done("unwatch", watch=first)
-        assert len(it.server.feeds) == 1
+        assert len(it.server.subscriptions) == 1
         assert "nothing is watched" in (await page.refused("unwatch", watch=first))["text"]
-    assert len(it.server.feeds) == 0
+    assert len(it.server.subscriptions) == 0
 
 
 async def test_a_page_watches_so_much_and_no_more(shown: Shows) -> None:
@@ -104,7 +104,7 @@ def test_whatever_a_page_sends_each_frame_is_answered(frames: list[str]) -> None
                 answers += isinstance(message, dict) and "id" in message
             assert (await other.done("hello"))["version"]
         assert it.server.viewers == 0
-        assert len(it.server.feeds) == 0
+        assert len(it.server.subscriptions) == 0
 
     asyncio.run(play())
 

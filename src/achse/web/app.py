@@ -1,4 +1,4 @@
-"""The application: pages, downloads and the WebSocket, behind the door."""
+"""The application: pages, downloads and the WebSocket, behind the access guard."""
 
 from collections.abc import Callable, Coroutine
 from typing import Any
@@ -10,8 +10,8 @@ from starlette.responses import PlainTextResponse, RedirectResponse, Response
 from starlette.routing import Route, WebSocketRoute
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
+from achse.web.access_guard import SECURITY_HEADERS, AccessGuard
 from achse.web.contents import Download
-from achse.web.door import SECURITY_HEADERS, Door
 from achse.web.pages import Pages
 
 MOST_BYTES = 64 * 1024
@@ -56,41 +56,41 @@ class PageSocket:
 
 
 def web_app(
-    door: Door, pages: Pages, serve: Serve, download: Download, most_bytes: int = MOST_BYTES
+    guard: AccessGuard, pages: Pages, serve: Serve, download: Download, most_bytes: int = MOST_BYTES
 ) -> Starlette:
     """The ASGI application of one server."""
 
     def refused(connection: HTTPConnection) -> tuple[int, str] | None:
         query, cookies = connection.query_params, connection.cookies
-        return door.refusal(connection.headers, query, cookies)
+        return guard.refusal(connection.headers, query, cookies)
 
     async def page(request: Request) -> Response:
         refusal = refused(request)
         if refusal is not None:
             return _answer(PlainTextResponse(refusal[1] + "\n", refusal[0]))
         token = request.query_params.get("token")
-        if door.locked and token is not None:
-            return _answer(_with_cookie(request, door, token))
-        found = pages.find(request.path_params["path"])
-        if found is None:
+        if guard.locked and token is not None:
+            return _answer(_with_cookie(request, guard, token))
+        content = pages.find(request.path_params["path"])
+        if content is None:
             return _answer(PlainTextResponse("there is nothing here\n", 404))
-        headers = {"etag": found.tag, "cache-control": "no-cache", "vary": "accept-encoding"}
-        if found.tag in request.headers.get("if-none-match", ""):
+        headers = {"etag": content.tag, "cache-control": "no-cache", "vary": "accept-encoding"}
+        if content.tag in request.headers.get("if-none-match", ""):
             return _answer(Response(None, 304, headers))
-        data = found.data
+        data = content.data
         if "gzip" in request.headers.get("accept-encoding", ""):
-            data = found.packed
+            data = content.packed
             headers["content-encoding"] = "gzip"
-        return _answer(Response(data, 200, headers, found.type))
+        return _answer(Response(data, 200, headers, content.type))
 
     async def downloaded(request: Request) -> Response:
         refusal = refused(request)
         if refusal is not None:
             return _answer(PlainTextResponse(refusal[1] + "\n", refusal[0]))
-        found = download(request.path_params["key"])
-        if found is None:
+        content = download(request.path_params["key"])
+        if content is None:
             return _answer(PlainTextResponse("this download is over: export again\n", 404))
-        name, data = found
+        name, data = content
         headers = {
             "content-disposition": f'attachment; filename="{name}"',
             "cache-control": "no-store",
@@ -121,12 +121,12 @@ def web_app(
     )
 
 
-def _with_cookie(request: Request, door: Door, token: str) -> Response:
+def _with_cookie(request: Request, guard: AccessGuard, token: str) -> Response:
     """To the same page without the token in its address, which would be kept and shown."""
     rest = [(key, value) for key, value in request.query_params.multi_items() if key != "token"]
     path = "/" + request.path_params["path"].lstrip("/\\")
     answer = RedirectResponse(path + ("?" + urlencode(rest) if rest else ""), 303)
-    answer.set_cookie(door.cookie, token, httponly=True, samesite="strict", path="/")
+    answer.set_cookie(guard.cookie, token, httponly=True, samesite="strict", path="/")
     return answer
 
 

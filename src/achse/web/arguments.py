@@ -57,7 +57,7 @@ class Arguments:
             )
         return number
 
-    def whole(
+    def integer(
         self, name: str, default: int | None = None, least: int = 0, most: int = 0xFFFF_FFFF
     ) -> int:
         """A whole number within a range."""
@@ -65,8 +65,8 @@ class Arguments:
         if value is None and default is not None:
             return default
         if isinstance(value, bool) or not isinstance(value, int) or not least <= value <= most:
-            wanted = _range("a whole number", least, most)
-            raise CallError(f"{name}: expected {wanted}, got {value!r:.60}")
+            expected = _range("a whole number", least, most)
+            raise CallError(f"{name}: expected {expected}, got {value!r:.60}")
         return value
 
     def flag(self, name: str, default: bool = False) -> bool:

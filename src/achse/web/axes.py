@@ -16,9 +16,9 @@ from achse.client.nc.status import flag_names
 from achse.codes import NcError
 from achse.codes.axis import ControlBit
 from achse.web.arguments import Arguments
-from achse.web.feeds import Feed
 from achse.web.jogging import JogKey
 from achse.web.messages import CallError, error_of
+from achse.web.shared_subscriptions import SharedSubscription
 from achse.web.watched import NC_PORT, WatchedTarget
 
 if TYPE_CHECKING:
@@ -46,28 +46,28 @@ class AxisHandlers:
         self._control = named((CYCLIC,), "control_dword")
         self._override = named((CYCLIC,), "velocity_override")
 
-    async def watch_axes(self, feed: Feed, given: Arguments) -> None:
+    async def watch_axes(self, subscription: SharedSubscription, arguments: Arguments) -> None:
         """Topic `axes`: a row for each axis, every so many seconds."""
-        every = given.number("every", 0.1, FASTEST, SLOWEST)
+        every = arguments.number("every", 0.1, FASTEST, SLOWEST)
         age = _LOOK_AGAIN
         axes: list[tuple[int, str, str]] = []
         while True:
             if age >= _LOOK_AGAIN:
                 axes, age = await self._known(), 0.0
-            feed.show(await self._rows(axes))
-            await feed.pause(every)
+            subscription.show(await self._rows(axes))
+            await subscription.pause(every)
             age += every
 
     async def _known(self) -> list[tuple[int, str, str]]:
         """Id, name and unit of each axis."""
-        found = []
+        axes = []
         for axis in await self._nc.nc.axes():
             try:
                 unit = await axis.unit()
             except AdsError:
                 unit = ""
-            found.append((await axis.id(), str(axis), unit))
-        return found
+            axes.append((await axis.id(), str(axis), unit))
+        return axes
 
     async def _rows(self, axes: Sequence[tuple[int, str, str]]) -> list[dict[str, Any]]:
         size = self._reader.layout.size
@@ -96,36 +96,36 @@ class AxisHandlers:
             rows.append({"id": id, "name": name, "unit": unit, **_state(status, word, percent)})
         return rows
 
-    async def watch_axis(self, feed: Feed, given: Arguments) -> None:
+    async def watch_axis(self, subscription: SharedSubscription, arguments: Arguments) -> None:
         """Topic `axis`: the row of one axis, and all else that its cyclic structure tells."""
-        every = given.number("every", 0.1, FASTEST, SLOWEST)
-        number = given.whole("axis", None, 1, 255)
+        every = arguments.number("every", 0.1, FASTEST, SLOWEST)
+        number = arguments.integer("axis", None, 1, 255)
         axis = self._nc.nc.axis(number)
-        known = (number, await axis.name(), await axis.unit())
+        identity = (number, await axis.name(), await axis.unit())
         while True:
-            rows = await self._rows([known])
+            rows = await self._rows([identity])
             if not rows:
                 raise CallError(f"axis: the NC has no axis {number} any more")
             status = await self._reader.read(number)
-            feed.show({"axis": rows[0], "details": _details(status, known[2])})
-            await feed.pause(every)
+            subscription.show({"axis": rows[0], "details": _details(status, identity[2])})
+            await subscription.pause(every)
 
-    async def do(self, page: "PageEnd", given: Arguments) -> dict[str, Any]:
+    async def do(self, page: "PageEnd", arguments: Arguments) -> dict[str, Any]:
         """Call `axes.do`: an action of one axis; moves answer as soon as they are accepted.
 
         Without an axis `stop` is for all of them.
         """
-        action = given.choice("action", ACTIONS)
-        if action == "stop" and "axis" not in given:
+        action = arguments.choice("action", ACTIONS)
+        if action == "stop" and "axis" not in arguments:
             await self._stop_all()
             return {}
-        number = given.whole("axis", None, 1, 255)
+        number = arguments.integer("axis", None, 1, 255)
         axis = self._nc.nc.axis(number)
         try:
             if action == "jog":
-                await _jog(page, number, axis, given)
+                await _jog(page, number, axis, arguments)
             else:
-                await _act(axis, action, given)
+                await _act(axis, action, arguments)
         except ValueError as fault:
             raise CallError(str(fault)) from None
         return {}
@@ -140,15 +140,15 @@ class AxisHandlers:
                 raise end
 
 
-async def _act(axis: RemoteAxis, action: str, given: Arguments) -> None:
+async def _act(axis: RemoteAxis, action: str, arguments: Arguments) -> None:
     acceleration, deceleration, jerk = (
-        given.number(name, 0.0) for name in ("acceleration", "deceleration", "jerk")
+        arguments.number(name, 0.0) for name in ("acceleration", "deceleration", "jerk")
     )
     start = functools.partial(
         _started, acceleration=acceleration, deceleration=deceleration, jerk=jerk
     )
     if action == "enable":
-        percent = given.number("percent", 100.0) if "percent" in given else None
+        percent = arguments.number("percent", 100.0) if "percent" in arguments else None
         override = await axis.override() if percent is None else percent
         await axis.enable(override=override or 100.0)
     elif action == "disable":
@@ -162,24 +162,24 @@ async def _act(axis: RemoteAxis, action: str, given: Arguments) -> None:
     elif action == "halt":
         await axis.halt(deceleration=deceleration, jerk=jerk, wait=False)
     elif action == "move":
-        velocity = given.number("velocity", None, 0.0)
-        if "distance" in given:
-            await start(axis.move_by, given.number("distance"), velocity=velocity)
+        velocity = arguments.number("velocity", None, 0.0)
+        if "distance" in arguments:
+            await start(axis.move_by, arguments.number("distance"), velocity=velocity)
         else:
-            await start(axis.move_to, given.number("to"), velocity=velocity)
+            await start(axis.move_to, arguments.number("to"), velocity=velocity)
     elif action == "velocity":
-        sign = given.number("direction", 1.0, -1.0, 1.0)
-        await start(axis.move_velocity, given.number("velocity") * sign)
+        sign = arguments.number("direction", 1.0, -1.0, 1.0)
+        await start(axis.move_velocity, arguments.number("velocity") * sign)
     elif action == "override":
-        await axis.set_override(given.number("percent", None, 0.0, 100.0))
+        await axis.set_override(arguments.number("percent", None, 0.0, 100.0))
     else:
-        await axis.set_position(given.number("to"))
+        await axis.set_position(arguments.number("to"))
 
 
-async def _jog(page: "PageEnd", number: int, axis: RemoteAxis, given: Arguments) -> None:
+async def _jog(page: "PageEnd", number: int, axis: RemoteAxis, arguments: Arguments) -> None:
     """Jog while the page repeats it; direction 0 lets go."""
     words = {"+": 1, "-": -1}
-    direction = given.fields.get("direction")
+    direction = arguments.fields.get("direction")
     if isinstance(direction, str) and direction in words:
         direction = words[direction]
     if isinstance(direction, bool) or direction not in (-1, 0, 1):
@@ -187,9 +187,9 @@ async def _jog(page: "PageEnd", number: int, axis: RemoteAxis, given: Arguments)
     if direction == 0:
         await page.jogging.release(number, axis)
         return
-    speed = given.choice("speed", ("slow", "fast"), "slow")
-    velocity = given.number("velocity", None, 0.0) if "velocity" in given else None
-    fast = given.flag("fast") or speed == "fast"
+    speed = arguments.choice("speed", ("slow", "fast"), "slow")
+    velocity = arguments.number("velocity", None, 0.0) if "velocity" in arguments else None
+    fast = arguments.flag("fast") or speed == "fast"
     await page.jogging.press(number, axis, JogKey(direction > 0, fast, velocity))
 
 
@@ -226,7 +226,7 @@ async def _started(move: Callable[..., Awaitable[Move]], value: float, **dynamic
 
 
 def _state(status: AxisStatus, control: int, override: float | None) -> dict[str, Any]:
-    """A row of the table, but for who it is."""
+    """A row of the table without name and unit."""
     error = status.error_code
     row = NcError.of(error) if error else None
     return {

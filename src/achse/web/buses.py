@@ -11,8 +11,8 @@ from achse.client import Target
 from achse.drive import Alarm
 from achse.web.arguments import Arguments
 from achse.web.drive_axes import axes_of_drives, scale_of
-from achse.web.feeds import Feed
 from achse.web.messages import CallError
+from achse.web.shared_subscriptions import SharedSubscription
 from achse.web.watched import IO_PORT, NC_PORT, WatchedTarget
 
 _MASTER_PORT = 0xFFFF
@@ -83,13 +83,15 @@ class BusHandlers:
         except (AdsError, ValueError, struct.error):
             return False
 
-    async def watch_bus(self, feed: Feed, given: Arguments) -> None:
+    async def watch_bus(self, subscription: SharedSubscription, arguments: Arguments) -> None:
         """Topic `bus`: each bus with its slaves."""
-        every = given.number("every", 0.5, 0.1, 10.0)
+        every = arguments.number("every", 0.5, 0.1, 10.0)
         while True:
             wrong = await self._wrong_counters()
-            feed.show([await self._bus(id, master, wrong) for id, master in await self._masters()])
-            await feed.pause(every)
+            subscription.show(
+                [await self._bus(id, master, wrong) for id, master in await self._masters()]
+            )
+            await subscription.pause(every)
 
     async def _wrong_counters(self) -> dict[str, int]:
         """Cyclic frames with another working counter than expected, by bus: achse stations."""
@@ -113,25 +115,25 @@ class BusHandlers:
         }
 
     async def _frames(self, master: Target) -> dict[str, Any]:
-        """Frames since the last reset, round trips in s, and what is wrong; None: not told."""
-        told: dict[str, Any] = dict.fromkeys(
+        """Frames since the last reset, round trips in s, and what is wrong; None: not reported."""
+        counters: dict[str, Any] = dict.fromkeys(
             ("cycles", "lost", "round_trip", "round_trip_99", "round_trip_largest")
         )
-        told["faults"] = []
+        counters["faults"] = []
         frames = await _maybe(master.read_raw(_FRAMES, 0, 20), "<5I")
         if frames is not None:
-            told["cycles"], told["lost"] = frames[1], frames[2] + frames[4]
+            counters["cycles"], counters["lost"] = frames[1], frames[2] + frames[4]
         bits = await _maybe(master.read_raw(_DEV_STATE, 0, 2), "<H")
         if bits is not None:
-            told["faults"] = [text for bit, text in _BUS_FAULTS if bits[0] & bit]
+            counters["faults"] = [text for bit, text in _BUS_FAULTS if bits[0] & bit]
         trips = await _maybe(master.read_raw(_TRIPS, 0, 48), "<6Q")
         if trips is not None and trips[0]:
             names = ("round_trip", "round_trip_99", "round_trip_largest")
-            told.update(zip(names, (each / 1e9 for each in trips[3:]), strict=True))
+            counters.update(zip(names, (each / 1e9 for each in trips[3:]), strict=True))
         with contextlib.suppress(AdsError):
             trouble = (await master.read_raw(_WAY, 1, _LONGEST)).rstrip(b"\0").decode()
-            told["faults"] += [trouble] if trouble else []
-        return told
+            counters["faults"] += [trouble] if trouble else []
+        return counters
 
     async def _stations(self, master: Target) -> tuple[int, ...]:
         data = await master.read_raw(_ADDRESSES, 0, _LONGEST)
@@ -141,11 +143,11 @@ class BusHandlers:
         stations = await self._stations(master)
         states = await master.read_raw(_STATES, 0, _LONGEST)
         errors = await _maybe(master.read_raw(_CRC_ERRORS, 0, _LONGEST), f"<{len(stations)}I")
-        found = []
+        slaves = []
         for number, station in enumerate(stations):
             identity = struct.unpack("<4I", await master.read_raw(_IDENTITY, station, 16))
             word = int.from_bytes(states[2 * number : 2 * number + 2], "little")
-            found.append(
+            slaves.append(
                 {
                     "station": station,
                     "name": await self._box_name(id, station),
@@ -155,22 +157,22 @@ class BusHandlers:
                     **dict(zip(("vendor", "product", "revision", "serial"), identity, strict=True)),
                 }
             )
-        return found
+        return slaves
 
     async def _box_name(self, id: int, station: int) -> str:
-        asked = station.to_bytes(2, "little")
-        name = await self._io.read_write_raw(_DEVICES + id, _BOX_NAME, 256, asked)
+        request = station.to_bytes(2, "little")
+        name = await self._io.read_write_raw(_DEVICES + id, _BOX_NAME, 256, request)
         return name.rstrip(b"\0").decode("cp1252", "replace")
 
     # drives ------------------------------------------------------------------------------------
 
-    async def drives(self, given: Arguments) -> list[dict[str, Any]]:
+    async def drives(self, arguments: Arguments) -> list[dict[str, Any]]:
         """Call `drives.list`: slaves that answer as drives do (CiA 402).
 
         `position` and `velocity` are in increments, `scaled_position` and `scaled_velocity` in
         the `unit` of the axis; None for a drive without an axis.
         """
-        found = []
+        drives = []
         nc = self._watched.device(NC_PORT)
         axes = await axes_of_drives(nc)
         for id, master in await self._masters():
@@ -186,7 +188,7 @@ class BusHandlers:
                 error = values.pop("error_code") or 0
                 alarm = Alarm.of(error)
                 bus_state = await self.state(master, station)
-                found.append(
+                drives.append(
                     {
                         "drive": station,
                         "name": await self._box_name(id, station),
@@ -209,19 +211,19 @@ class BusHandlers:
                         "bus_state": bus_state,
                     }
                 )
-        return found
+        return drives
 
-    async def watch_drives(self, feed: Feed, given: Arguments) -> None:
+    async def watch_drives(self, subscription: SharedSubscription, arguments: Arguments) -> None:
         """Topic `drives`: the same again and again."""
-        every = given.number("every", 0.5, 0.1, 10.0)
+        every = arguments.number("every", 0.5, 0.1, 10.0)
         while True:
-            feed.show(await self.drives(given))
-            await feed.pause(every)
+            subscription.show(await self.drives(arguments))
+            await subscription.pause(every)
 
     async def state(self, master: Target, station: int) -> str | None:
-        """The state of a slave on its bus; None if it is not told."""
-        found = await _maybe(master.read_raw(_STATES, station, 2), "<2B")
-        return None if found is None else _STATE_NAMES.get(found[0] & 0xF, "none")
+        """The state of a slave on its bus; None if the master does not report it."""
+        states = await _maybe(master.read_raw(_STATES, station, 2), "<2B")
+        return None if states is None else _STATE_NAMES.get(states[0] & 0xF, "none")
 
     async def slave(self, station: int) -> tuple[Target, Target]:
         """The master and the slave of that address. Raises CallError without one."""
@@ -251,5 +253,5 @@ async def _values(slave: Target) -> dict[str, Any]:
             return None
         return int(struct.unpack(form, data)[0]) if len(data) == size else None
 
-    found = await asyncio.gather(*(read(*each) for each in _SHOWN.values()))
-    return dict(zip(_SHOWN, found, strict=True))
+    values = await asyncio.gather(*(read(*each) for each in _SHOWN.values()))
+    return dict(zip(_SHOWN, values, strict=True))

@@ -10,7 +10,6 @@ from achse.web.buses import BusHandlers
 from achse.web.contents import PageCall
 from achse.web.drive_objects import DriveObjectHandlers
 from achse.web.faults import FaultHandlers
-from achse.web.feeds import Topic
 from achse.web.journal import JournalHandlers
 from achse.web.overview import OverviewHandlers
 from achse.web.parameters import ParameterHandlers
@@ -18,6 +17,7 @@ from achse.web.process_log import ProcessLog
 from achse.web.scene import SceneHandlers
 from achse.web.scopes import ScopeHandlers
 from achse.web.settings import EditedProject
+from achse.web.shared_subscriptions import Topic
 from achse.web.sources import SourceHandlers
 from achse.web.symbols import SymbolHandlers
 from achse.web.tables import ChannelHandlers, TableHandlers
@@ -51,7 +51,7 @@ def handlers_of(
     process_log: ProcessLog | None = None,
     projects: Sequence[EditedProject] = (),
 ) -> TargetHandlers:
-    """The desks of a target; `rows` name the services in its traffic.
+    """Return the handlers of a target; `rows` name the services in its traffic.
 
     `process_log` is for a target in this process.
     """

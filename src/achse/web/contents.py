@@ -4,7 +4,7 @@ from collections.abc import Awaitable, Callable, Mapping
 from typing import Any, NamedTuple
 
 from achse.router.rights import Right
-from achse.web.feeds import Topic
+from achse.web.shared_subscriptions import Topic
 
 Download = Callable[[str], tuple[str, bytes] | None]
 """Returns file name and contents of a download by its key; None if it is unknown."""

@@ -25,24 +25,24 @@ class DrawnBody(NamedTuple):
     @property
     def operands(self) -> list[str]:
         """Texts of the operands in the drawing, each once."""
-        found: dict[str, None] = {}
+        operands: dict[str, None] = {}
         try:
-            picture(self.body, found.setdefault)
+            picture(self.body, operands.setdefault)
         except Unexpected:
             return []
-        return list(found)
+        return list(operands)
 
 
 def drawn_bodies(units: Iterable[Unit], instance: str = "") -> list[DrawnBody]:
     """Return the drawn bodies of some units; `instance` is the block whose values are shown."""
-    found = []
+    bodies = []
     for unit in units:
         owner = instance or (unit.name if isinstance(unit, Program) else "")
         for name, tree in _parts(unit):
             body = getattr(tree, "body", None)
             if isinstance(body, GraphicalBody):
-                found.append(DrawnBody(name, owner, body))
-    return found
+                bodies.append(DrawnBody(name, owner, body))
+    return bodies
 
 
 def _parts(unit: Unit) -> Iterator[tuple[str, Any]]:
@@ -72,11 +72,11 @@ async def operand_values(
     texts = drawn.operands
     own = {text: f"{drawn.instance}.{text}" for text in texts}
     answers = await device.read_many([*own.values(), *texts], strict=False)
-    found: dict[str, object | None] = {}
+    values: dict[str, object | None] = {}
     for text in texts:
         for name in (own[text], text):
             value = answers.get(name)
             if value is not None and not isinstance(value, AdsError):
-                found[text] = value.name if isinstance(value, Enum) else value
+                values[text] = value.name if isinstance(value, Enum) else value
                 break
-    return found
+    return values

@@ -35,9 +35,9 @@ class DriveObjectHandlers:
     def __init__(self, buses: BusHandlers) -> None:
         self._buses = buses
 
-    async def listed(self, given: Arguments) -> list[dict[str, Any]]:
+    async def listed(self, arguments: Arguments) -> list[dict[str, Any]]:
         """Call `drives.objects`: those that the drive has, with their values now."""
-        station = given.whole("drive", None, 1, 0xFFFE)
+        station = arguments.integer("drive", None, 1, 0xFFFE)
         master, slave = await self._buses.slave(station)
         rows = await self._rows(slave)
         sent = await self._sent(master, slave, station)
@@ -54,17 +54,17 @@ class DriveObjectHandlers:
             if value is not None
         ]
 
-    async def write(self, given: Arguments) -> dict[str, Any]:
+    async def write(self, arguments: Arguments) -> dict[str, Any]:
         """Call `drives.write`: set an object by its key; what it was before and what it is now.
 
         Raises CallError for a value of another type or out of range, before anything is sent.
         """
-        station = given.whole("drive", None, 1, 0xFFFE)
+        station = arguments.integer("drive", None, 1, 0xFFFE)
         master, slave = await self._buses.slave(station)
-        row = _found(given.text("key"), await self._rows(slave))
+        row = _found(arguments.text("key"), await self._rows(slave))
         if not _writable(row, await self._sent(master, slave, station)):
             raise CallError(f"{row.name}: expected an object that may be written")
-        data = _packed(row, given.value("value"))
+        data = _packed(row, arguments.value("value"))
         before = await _read(slave, row)
         await slave.write_raw(SDO, row.index << 16 | row.subindex, data)
         return {"value": await _read(slave, row), "before": before}
@@ -73,10 +73,10 @@ class DriveObjectHandlers:
         """Objects that the master sends with each frame, as `ObjectRow.key` numbers them."""
         if await self._buses.state(master, station) not in ("OP", "SAFEOP"):
             return set()
-        found: set[int] = set()
+        indices: set[int] = set()
         for mapping in await _list(slave, _ASSIGNMENT, "<H"):
-            found |= {entry >> 8 for entry in await _list(slave, mapping, "<I")}
-        return found
+            indices |= {entry >> 8 for entry in await _list(slave, mapping, "<I")}
+        return indices
 
     async def _rows(self, slave: Target) -> list[ObjectRow]:
         numbers = [await _read(slave, find(_IDENTITY, each)) for each in (_VENDOR, _PRODUCT)]
@@ -89,8 +89,8 @@ async def _list(slave: Target, index: int, form: str) -> list[int]:
     size, offset = struct.calcsize(form), index << 16
     try:
         count = (await slave.read_raw(SDO, offset, 1))[0]
-        asked = [slave.read_raw(SDO, offset | n, size) for n in range(1, count + 1)]
-        return [int(struct.unpack(form, data)[0]) for data in await asyncio.gather(*asked)]
+        requests = [slave.read_raw(SDO, offset | n, size) for n in range(1, count + 1)]
+        return [int(struct.unpack(form, data)[0]) for data in await asyncio.gather(*requests)]
     except (AdsError, IndexError, struct.error):
         return []
 
@@ -118,11 +118,11 @@ def _packed(row: ObjectRow, value: Any) -> bytes:
     if number and not row.type.is_real and isinstance(value, float) and value.is_integer():
         value = int(value)
     if not number or (isinstance(value, float) and not (row.type.is_real and math.isfinite(value))):
-        wanted = "a number" if row.type.is_real else "a whole number"
-        raise CallError(f"{row.name}: expected {wanted}, got {value!r:.60}")
+        expected = "a number" if row.type.is_real else "a whole number"
+        raise CallError(f"{row.name}: expected {expected}, got {value!r:.60}")
     if row.values and value not in row.values:
-        wanted = ", ".join(map(str, row.values))
-        raise CallError(f"{row.name}: expected one of {wanted}, got {value}")
+        expected = ", ".join(map(str, row.values))
+        raise CallError(f"{row.name}: expected one of {expected}, got {value}")
     if not row.least <= value <= row.most:
         raise CallError(f"{row.name}: expected {row.least:g}..{row.most:g}, got {value:.17g}")
     return struct.pack(row.type.form, value)

@@ -10,8 +10,8 @@ from achse.faults.fault import FaultKinds
 from achse.faults.kinds import STATION_FAULTS
 from achse.station.configuration.schema import descriptions_of
 from achse.web.arguments import Arguments
-from achse.web.feeds import Feed
 from achse.web.messages import CallError
+from achse.web.shared_subscriptions import SharedSubscription
 from achse.web.watched import LONGEST_TEXT, STATION_PORT, WatchedTarget
 
 _FAULTS = 0xFA01
@@ -43,7 +43,7 @@ class FaultHandlers:
             self._looked_at = losses
         return self._buses
 
-    async def kinds(self, given: Arguments) -> list[dict[str, Any]]:
+    async def kinds(self, arguments: Arguments) -> list[dict[str, Any]]:
         """Call `faults.list`: kinds with their parameters, their meanings and defaults."""
         rows = _rows_of(STATION_FAULTS, "station")
         if await self._with_drives():
@@ -52,13 +52,13 @@ class FaultHandlers:
 
     async def active(self) -> list[dict[str, Any]]:
         """Faults that wait for their time or are at work."""
-        found = []
+        faults = []
         for bus in (0, *await self._with_drives()):
             data = await self._device.read_raw(_FAULTS, bus, LONGEST_TEXT)
             for each in json.loads(data):
                 fields, number = each["fault"], each["number"]
                 fault = (DRIVE_FAULTS if bus else STATION_FAULTS).of(fields)
-                found.append(
+                faults.append(
                     {
                         "number": f"bus {bus}: {number}" if bus else number,
                         "state": each["state"],
@@ -68,21 +68,23 @@ class FaultHandlers:
                         "text": str(fault),
                     }
                 )
-        return found
+        return faults
 
-    async def watch(self, feed: Feed, given: Arguments) -> None:
+    async def watch(self, subscription: SharedSubscription, arguments: Arguments) -> None:
         """Topic `faults`: number, state, hits and text of each."""
-        every = given.number("every", 0.5, 0.1, 10.0)
+        every = arguments.number("every", 0.5, 0.1, 10.0)
         while True:
-            feed.show(await self.active())
-            await feed.pause(every)
+            subscription.show(await self.active())
+            await subscription.pause(every)
 
-    async def set(self, given: Arguments) -> dict[str, Any]:
+    async def set(self, arguments: Arguments) -> dict[str, Any]:
         """Call `faults.set`: let something go wrong; the answer is its number."""
-        fields = {name: value for name, value in given.fields.items() if value not in (None, "")}
+        fields = {
+            name: value for name, value in arguments.fields.items() if value not in (None, "")
+        }
         bus = 0
         if fields.get("kind") in list(DRIVE_FAULTS):
-            bus = Arguments(fields).whole("bus", 1, 1, 0xFFFF)
+            bus = Arguments(fields).integer("bus", 1, 1, 0xFFFF)
             fields.pop("bus", None)
             request = DRIVE_FAULTS.of(fields).fields()
         else:
@@ -94,16 +96,16 @@ class FaultHandlers:
         number = answer["number"]
         return {"number": f"bus {bus}: {number}" if bus else number}
 
-    async def clear(self, given: Arguments) -> dict[str, Any]:
+    async def clear(self, arguments: Arguments) -> dict[str, Any]:
         """Call `faults.clear`: end one, or all."""
-        wanted = given.fields.get("number")
-        match = _OF_DRIVE.fullmatch(wanted) if isinstance(wanted, str) else None
+        key = arguments.fields.get("number")
+        match = _OF_DRIVE.fullmatch(key) if isinstance(key, str) else None
         if match is not None:
             places = [(int(match[1]), int(match[2]))]
-        elif wanted is None:
+        elif key is None:
             places = [(bus, 0) for bus in (0, *await self._with_drives())]
         else:
-            places = [(0, given.whole("number", None, 1, 0xFFFF_FFFF))]
+            places = [(0, arguments.integer("number", None, 1, 0xFFFF_FFFF))]
         for bus, number in places:
             await self._device.write_raw(_FAULTS, bus, number.to_bytes(4, "little"))
         return {}

@@ -42,19 +42,19 @@ class Jogging:
 
     async def press(self, number: int, axis: RemoteAxis, key: JogKey) -> None:
         """Jog, or go on: a key that stays the same starts nothing again."""
-        held = self._axes.get(number)
-        if held is None or held.key != key:
-            held = self._axes[number] = _Held(axis, key)
+        pressed = self._axes.get(number)
+        if pressed is None or pressed.key != key:
+            pressed = self._axes[number] = _Held(axis, key)
             try:
                 await _start(axis, key)
             except BaseException:
                 self._axes.pop(number, None)
                 raise
-        if held.timer is not None:
-            held.timer.cancel()
-        if self._axes.get(number) is held:
+        if pressed.timer is not None:
+            pressed.timer.cancel()
+        if self._axes.get(number) is pressed:
             loop = asyncio.get_running_loop()
-            held.timer = loop.call_later(HELD_FOR, self._let_go, number)
+            pressed.timer = loop.call_later(HELD_FOR, self._let_go, number)
 
     async def release(self, number: int, axis: RemoteAxis) -> None:
         """The key is let go: halt."""
@@ -62,15 +62,15 @@ class Jogging:
         await axis.halt(wait=False)
 
     def _forget(self, number: int) -> None:
-        held = self._axes.pop(number, None)
-        if held is not None and held.timer is not None:
-            held.timer.cancel()
+        pressed = self._axes.pop(number, None)
+        if pressed is not None and pressed.timer is not None:
+            pressed.timer.cancel()
 
     def _let_go(self, number: int) -> None:
-        held = self._axes.get(number)
-        if held is not None:
+        pressed = self._axes.get(number)
+        if pressed is not None:
             self._forget(number)
-            task = asyncio.ensure_future(_halted(held.axis))
+            task = asyncio.ensure_future(_halted(pressed.axis))
             self._halting.add(task)
             task.add_done_callback(self._halting.discard)
 

@@ -7,8 +7,8 @@ from typing import Any
 from achse.ams.filetime import to_datetime
 from achse.codes.ports import LOGGER_PORT
 from achse.web.arguments import Arguments
-from achse.web.feeds import Feed
 from achse.web.process_log import ProcessLog
+from achse.web.shared_subscriptions import SharedSubscription
 from achse.web.watched import WatchedTarget
 
 _MESSAGES, _EVERY_MESSAGE = 1, 0xFFFF
@@ -24,10 +24,10 @@ class JournalHandlers:
         self._logger = watched.device(LOGGER_PORT)
         self._process_log = process_log
 
-    async def watch(self, feed: Feed, given: Arguments) -> None:
+    async def watch(self, subscription: SharedSubscription, arguments: Arguments) -> None:
         """Topic `log`: messages from now on; of this process the newest 500 lines before, too."""
         if self._process_log is not None:
-            with self._process_log.followed(feed.show_lines):
+            with self._process_log.followed(subscription.show_lines):
                 await asyncio.Event().wait()
         async with self._logger.subscribe_as(
             _MESSAGES, _EVERY_MESSAGE, _LONGEST, cycle_time=0.0
@@ -35,7 +35,7 @@ class JournalHandlers:
             async for sample in samples:
                 message = message_of(bytes(sample.value))
                 if message is not None:
-                    feed.show_lines([message])
+                    subscription.show_lines([message])
 
 
 def message_of(data: bytes) -> dict[str, Any] | None:

@@ -105,7 +105,7 @@ class BoundedSocket(WSProtocol):
 
 
 class QuietServer(uvicorn.Server):
-    """uvicorn's server without signal handlers: who has the loop ends it."""
+    """uvicorn's server without signal handlers: the owner of the loop ends it."""
 
     def __init__(self, config: uvicorn.Config) -> None:
         super().__init__(config)

@@ -35,12 +35,12 @@ def _finite(value: Any) -> Any:
 def request_of(text: str) -> tuple[int | str, str, dict[str, Any]]:
     """Id, name and arguments of a call. Raises CallError for what is not one."""
     try:
-        given = json.loads(text)
+        request = json.loads(text)
     except (ValueError, RecursionError):
         raise CallError("expected a JSON object") from None
-    if not isinstance(given, dict):
-        raise CallError(f"expected a JSON object, got {type(given).__name__}")
-    number, name, fields = given.get("id"), given.get("call"), given.get("with", {})
+    if not isinstance(request, dict):
+        raise CallError(f"expected a JSON object, got {type(request).__name__}")
+    number, name, fields = request.get("id"), request.get("call"), request.get("with", {})
     if isinstance(number, bool) or not isinstance(number, int | str) or len(str(number)) > 40:
         raise CallError(f"id: expected a number or a text, got {number!r:.60}")
     if not isinstance(name, str):

@@ -68,8 +68,8 @@ def _rows(
         for channel, type in enumerate(block.types):
             column = array("d", [_NAN]) * len(times)
             values = memoryview(words[channel::width].tobytes()).cast(type.code)  # type: ignore[call-overload]
-            known = max(min(block.lengths[channel] - first, last - first), 0)
-            for place, value in zip(at[:known], values[:: WORD // type.size], strict=False):
+            count = max(min(block.lengths[channel] - first, last - first), 0)
+            for place, value in zip(at[:count], values[:: WORD // type.size], strict=False):
                 column[place] = value
             parts.append(column.tobytes())
     return MixedRows(len(times), b"".join(parts))

@@ -1,4 +1,4 @@
-"""The overview of a target: its devices, how the cycle keeps time, who is connected, what fails."""
+"""Overview of a target: devices, timing of the cycle, connections, failures."""
 
 import asyncio
 from typing import Any
@@ -6,7 +6,7 @@ from typing import Any
 from achse.ams import AdsError, AdsState
 from achse.web.arguments import Arguments
 from achse.web.faults import FaultHandlers
-from achse.web.feeds import Feed
+from achse.web.shared_subscriptions import SharedSubscription
 from achse.web.watched import WatchedTarget
 
 _PORTS = (100, 110, 300, 500, 501, 801, 811, 851, 852, 853, 10_000, 14_000)
@@ -22,22 +22,22 @@ class OverviewHandlers:
         self._watched = watched
         self._faults = faults
 
-    async def watch_overview(self, feed: Feed, given: Arguments) -> None:
+    async def watch_overview(self, subscription: SharedSubscription, arguments: Arguments) -> None:
         """Topic `overview`: an achse station tells its figures, others the states of devices."""
-        every = given.number("every", 0.5, 0.1, 10.0)
+        every = arguments.number("every", 0.5, 0.1, 10.0)
         before: dict[str, Any] | None = None
         while True:
             try:
                 figures = await self._watched.statistics()
             except AdsError:
                 before = None
-                feed.show(await self._of_foreign())
+                subscription.show(await self._of_foreign())
             else:
                 load = None if before is None else _load(before, figures)
                 faults = await self._faults.active()
-                feed.show({**_of_station(figures, load), "faults": faults})
+                subscription.show({**_of_station(figures, load), "faults": faults})
                 before = figures
-            await feed.pause(every)
+            await subscription.pause(every)
 
     async def _of_foreign(self) -> dict[str, Any]:
         rows = await asyncio.gather(*map(self._device, _PORTS))

@@ -38,8 +38,8 @@ class Pages:
 
     def __init__(self, folder: Path | None = None) -> None:
         if folder is None:
-            with as_file(files("achse.web") / "pages") as found:
-                folder = Path(found)
+            with as_file(files("achse.web") / "pages") as resources:
+                folder = Path(resources)
         self._folder = folder
         self._pages: dict[str, Page] = {}
         self.names = self._listed()
@@ -59,12 +59,12 @@ class Pages:
         file = self.names[name]
         try:
             written = file.stat().st_mtime_ns
-            known = self._pages.get(name)
-            if known is None or known.written != written:
-                known = self._pages[name] = _read(file, written)
+            page = self._pages.get(name)
+            if page is None or page.written != written:
+                page = self._pages[name] = _read(file, written)
         except OSError:
             return None
-        return known
+        return page
 
 
 def _read(file: Path, written: int) -> Page:

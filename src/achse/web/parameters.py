@@ -26,9 +26,9 @@ class ParameterHandlers:
     def __init__(self, watched: WatchedTarget) -> None:
         self._nc = watched.device(NC_PORT).nc
 
-    async def listed(self, given: Arguments) -> list[dict[str, Any]]:
+    async def listed(self, arguments: Arguments) -> list[dict[str, Any]]:
         """Call `axes.parameters`: all that the axis has, in groups."""
-        axis = self._nc.axis(given.whole("axis", None, 1, 255))
+        axis = self._nc.axis(arguments.integer("axis", None, 1, 255))
         unit, values = await asyncio.gather(axis.unit(), axis.parameters.read())
         axis.known_unit = unit
         number = await axis.id()
@@ -37,13 +37,13 @@ class ParameterHandlers:
             place = each.service.offset >> 16 & 0xF
             if each.name in values and place < len(_GROUPS):
                 rows[_GROUPS[place]].append(_row(each, values[each.name], number))
-        return [{"group": name, "rows": found} for name, found in rows.items() if found]
+        return [{"group": name, "rows": values} for name, values in rows.items() if values]
 
-    async def write(self, given: Arguments) -> dict[str, Any]:
+    async def write(self, arguments: Arguments) -> dict[str, Any]:
         """Call `axes.write`: set a parameter by its key; the answer has the value that it has."""
-        axis = self._nc.axis(given.whole("axis", None, 1, 255))
-        each = _found(axis, given.text("key"))
-        value = given.value("value")
+        axis = self._nc.axis(arguments.integer("axis", None, 1, 255))
+        each = _found(axis, arguments.text("key"))
+        value = arguments.value("value")
         if isinstance(value, bool):
             value = int(value)
         if not isinstance(value, int | float | str):

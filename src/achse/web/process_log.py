@@ -73,9 +73,9 @@ class ProcessLog(logging.Handler):
         """Call `receive` with the lines that are kept, and with each new one in this loop."""
         with self.lock or contextlib.nullcontext():
             self._followers[receive] = asyncio.get_running_loop()
-            kept = list(self._lines)
-        if kept:
-            receive(kept)
+            earlier = list(self._lines)
+        if earlier:
+            receive(earlier)
         try:
             yield
         finally:

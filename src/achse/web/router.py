@@ -7,9 +7,9 @@ from achse.codes.ports import ROUTER_PORT
 from achse.router.rights import ALL_RIGHTS
 from achse.web.arguments import Arguments
 from achse.web.contents import PageCall, PageContents
-from achse.web.feeds import Feed, Topic
 from achse.web.journal import JournalHandlers
 from achse.web.process_log import ProcessLog
+from achse.web.shared_subscriptions import SharedSubscription, Topic
 from achse.web.traffic import ServiceRows, TrafficHandlers
 from achse.web.watched import LONGEST_TEXT, WatchedTarget
 
@@ -23,7 +23,7 @@ class RouterHandlers:
         self._group = group
         self._name = name
 
-    async def hello(self, given: Arguments) -> dict[str, Any]:
+    async def hello(self, arguments: Arguments) -> dict[str, Any]:
         """Call `hello`: version of achse, name and NetId of the router, rights of the page."""
         from achse import __version__
 
@@ -38,12 +38,12 @@ class RouterHandlers:
             "speed": None,
         }
 
-    async def watch(self, feed: Feed, given: Arguments) -> None:
+    async def watch(self, subscription: SharedSubscription, arguments: Arguments) -> None:
         """Topic `router`: the figures of the router."""
-        every = given.number("every", 0.5, 0.1, 10.0)
+        every = arguments.number("every", 0.5, 0.1, 10.0)
         while True:
-            feed.show(json.loads(await self._device.read_raw(self._group, 0, LONGEST_TEXT)))
-            await feed.pause(every)
+            subscription.show(json.loads(await self._device.read_raw(self._group, 0, LONGEST_TEXT)))
+            await subscription.pause(every)
 
 
 def router_contents(

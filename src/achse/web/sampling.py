@@ -52,7 +52,7 @@ class SampleRows(NamedTuple):
 class SampleTaker(Protocol):
     """Receiver of the rows of a sampler."""
 
-    def take(self, sampler: "ScopeFeed", rows: SampleRows) -> None:
+    def take(self, sampler: "SharedSampling", rows: SampleRows) -> None:
         """New rows."""
         ...
 
@@ -87,7 +87,7 @@ class TriggerWatch:
 
     def first(self, rows: SampleRows, width: int) -> int | None:
         """The first row that fires it; None without one."""
-        band, found = self._band, None
+        band, first_row = self._band, None
         words = memoryview(rows.rows).cast("q")
         for row, word in enumerate(words[self._number :: width].tolist()):
             holds = (band.low <= self._type.key(word & self._type.mask) <= band.high) != (
@@ -99,13 +99,13 @@ class TriggerWatch:
                 TriggerEvent.CHANGES: self._before is not None and holds != self._before,
             }[band.event]
             self._before = holds
-            if fires and found is None:
-                found = row
-        return found
+            if fires and first_row is None:
+                first_row = row
+        return first_row
 
 
-class ScopeFeed:
-    """Samples channels for all who want the same ones at the same cycle."""
+class SharedSampling:
+    """Samples channels for all pages that request the same channels at the same cycle."""
 
     def __init__(
         self, channels: Sequence[ScopeChannel], cycle: float, *, zero_ns: Callable[[int], int]
@@ -125,7 +125,7 @@ class ScopeFeed:
         self._task: asyncio.Task[None] | None = None
         self._closed = False
 
-    async def open(self, source: "Callable[[ScopeFeed], AsyncIterator[SampleRows]]") -> None:
+    async def open(self, source: "Callable[[SharedSampling], AsyncIterator[SampleRows]]") -> None:
         """Begin; returns when types are known. Raises what the target refuses."""
         if self._task is None:
             self._task = asyncio.create_task(self._run(source))
@@ -158,7 +158,7 @@ class ScopeFeed:
         """True once it has ended, or was closed; False before it begins."""
         return self._closed or (self._task is not None and self._task.done())
 
-    async def _run(self, source: "Callable[[ScopeFeed], AsyncIterator[SampleRows]]") -> None:
+    async def _run(self, source: "Callable[[SharedSampling], AsyncIterator[SampleRows]]") -> None:
         failure: Exception | None = None
         try:
             async for rows in source(self):
@@ -172,7 +172,7 @@ class ScopeFeed:
             failure = fault
         if not self._ready.done():
             self._ready.set_exception(failure or ValueError("the recording ended at once"))
-            self._ready.exception()  # who waits gets it, and perhaps nobody does
+            self._ready.exception()  # a waiting page gets it, if there is one
         for taker in list(self.takers):
             taker.end(failure)
 
@@ -210,7 +210,7 @@ class ScopeFeed:
         return ScopeData(name, (block_of(deck, 0, rows),))
 
 
-Source = Callable[[ScopeFeed], AsyncIterator[SampleRows]]
+Source = Callable[[SharedSampling], AsyncIterator[SampleRows]]
 
 
 def from_scope(
@@ -218,7 +218,7 @@ def from_scope(
 ) -> Source:
     """Rows of a scope of the station, sampled in its cycle."""
 
-    async def source(sampler: ScopeFeed) -> AsyncIterator[SampleRows]:
+    async def source(sampler: SharedSampling) -> AsyncIterator[SampleRows]:
         async with AsyncExitStack() as stack:
             client = await connected(stack)
             definition = defined(
@@ -242,7 +242,7 @@ def from_notifications(client: Client) -> Source:
     Of channels at several devices the first one's rows count; others keep their last value.
     """
 
-    async def source(sampler: ScopeFeed) -> AsyncIterator[SampleRows]:
+    async def source(sampler: SharedSampling) -> AsyncIterator[SampleRows]:
         places = {(each.port, each.symbol): n for n, each in enumerate(sampler.channels)}
         latest = [0.0] * len(places)
         ports = list(dict.fromkeys(each.port for each in sampler.channels))

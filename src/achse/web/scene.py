@@ -21,7 +21,7 @@ class SceneHandlers:
         """Return True if a scene file was named."""
         return self._file is not None
 
-    async def scene(self, given: Arguments) -> Any:
+    async def scene(self, arguments: Arguments) -> Any:
         """Call `scene`: the file's JSON as it is now; null without one."""
         if self._file is None:
             return None

@@ -19,16 +19,16 @@ from achse.scope.types import ScopeError, type_of_words
 from achse.web.arguments import Arguments
 from achse.web.messages import CallError, dumped
 from achse.web.mixed_times import channels_of, rows_of
-from achse.web.outbox import BlockFlag, PageOutbox
 from achse.web.sampling import (
     POLL,
     SampleRows,
-    ScopeFeed,
+    SharedSampling,
     TriggerWatch,
     described,
     from_notifications,
     from_scope,
 )
+from achse.web.send_queue import BlockFlag, PageSendQueue
 from achse.web.symbols import SymbolHandlers
 from achse.web.watched import NC_PORT, PLC_PORT, SCOPE_PORT, WatchedTarget
 
@@ -58,17 +58,17 @@ _UNITS = (
 
 
 class PageScope:
-    """One scope of one page: rows of a sampler, as blocks in its outbox."""
+    """One scope of one page: rows of a sampler, as blocks in its send queue."""
 
     def __init__(
-        self, number: int, outbox: PageOutbox, zero_ns: int, trigger: TriggerWatch | None
+        self, number: int, send_queue: PageSendQueue, zero_ns: int, trigger: TriggerWatch | None
     ) -> None:
         self.number = number
-        self._outbox = outbox
+        self._send_queue = send_queue
         self._zero_ns = zero_ns
         self._trigger = trigger
 
-    def take(self, sampler: ScopeFeed, rows: SampleRows) -> None:
+    def take(self, sampler: SharedSampling, rows: SampleRows) -> None:
         """New rows; the one that fires the trigger is the first of a block."""
         width = len(sampler.channels)
         fired = None if self._trigger is None else self._trigger.first(rows, width)
@@ -84,13 +84,13 @@ class PageScope:
             parts = [(before, parts[0][1])] * bool(cut) + [(after, BlockFlag.TRIGGER | gap)]
         for part, flags in parts:
             payload = sampler.columns(part, self._zero_ns)
-            self._outbox.put_block(self.number, payload, width + 1, part.size, flags)
+            self._send_queue.put_block(self.number, payload, width + 1, part.size, flags)
 
     def end(self, failure: Exception | None) -> None:
         """The sampler has ended."""
         if failure is not None:
-            self._outbox.put_event(event="scope", scope=self.number, text=str(failure))
-        self._outbox.put_block(self.number, b"", 0, 0, BlockFlag.END)
+            self._send_queue.put_event(event="scope", scope=self.number, text=str(failure))
+        self._send_queue.put_block(self.number, b"", 0, 0, BlockFlag.END)
 
 
 class ScopeHandlers:
@@ -99,7 +99,7 @@ class ScopeHandlers:
     def __init__(self, watched: WatchedTarget, symbols: SymbolHandlers) -> None:
         self._watched = watched
         self._symbols = symbols
-        self._samplers: dict[str, ScopeFeed] = {}
+        self._samplers: dict[str, SharedSampling] = {}
         self._zero: int | None = None
         self._recordings: dict[str, ScopeData] = {}
         self._downloads: dict[str, tuple[str, bytes]] = {}
@@ -115,12 +115,12 @@ class ScopeHandlers:
 
     # what there is -----------------------------------------------------------------------------
 
-    async def search(self, given: Arguments) -> list[dict[str, Any]]:
+    async def search(self, arguments: Arguments) -> list[dict[str, Any]]:
         """Call `scope.search`: numbers that can be recorded, by words of name or comment."""
-        limit = given.whole("limit", 50, 1, 500)
+        limit = arguments.integer("limit", 50, 1, 500)
         await self._learn_units()
         rows = []
-        for each in await self._symbols.search(given.text("text", ""), 5000):
+        for each in await self._symbols.search(arguments.text("text", ""), 5000):
             kind = type_of_words(each.type.name)
             if kind is None:
                 continue
@@ -155,32 +155,32 @@ class ScopeHandlers:
 
     # live --------------------------------------------------------------------------------------
 
-    async def start(self, page: "PageEnd", given: Arguments) -> dict[str, Any]:
+    async def start(self, page: "PageEnd", arguments: Arguments) -> dict[str, Any]:
         """Call `scope.start`: blocks of rows until `scope.stop`, or the page goes."""
         if len(page.scopes) >= MOST_SCOPES:
             raise CallError(f"a page has up to {MOST_SCOPES} scopes")
-        names = given.names("channels", MOST_CHANNELS)
+        names = arguments.names("channels", MOST_CHANNELS)
         if not names:
             raise CallError("channels: expected one at least")
         await self._learn_units()
-        cycle = await self._cycle(given.number("cycle", 0.001, 1e-5, 10.0))
+        cycle = await self._cycle(arguments.number("cycle", 0.001, 1e-5, 10.0))
         channels = [self._channel(name, cycle) for name in names]
         wish = dumped([each.document() for each in channels])
         sampler = self._samplers.get(wish)
         if sampler is None or sampler.over:
             if len(self._samplers) >= MOST_SAMPLERS:
                 raise CallError(f"all pages together have up to {MOST_SAMPLERS} different scopes")
-            sampler = self._samplers[wish] = ScopeFeed(channels, cycle, zero_ns=self._zero_at)
+            sampler = self._samplers[wish] = SharedSampling(channels, cycle, zero_ns=self._zero_at)
             sampler.poll = self.poll
         sampler.users += 1
         try:
             await sampler.open(await self._source())
-            scope = self._page_scope(page, sampler, names, given)
+            scope = self._page_scope(page, sampler, names, arguments)
         except BaseException:
             await self._left(wish, sampler)
             raise
         sampler.takers[scope] = None
-        record = given.flag("record")
+        record = arguments.flag("record")
 
         async def leave() -> None:
             sampler.takers.pop(scope, None)
@@ -200,24 +200,24 @@ class ScopeHandlers:
         }
 
     def _page_scope(
-        self, page: "PageEnd", sampler: ScopeFeed, names: list[str], given: Arguments
+        self, page: "PageEnd", sampler: SharedSampling, names: list[str], arguments: Arguments
     ) -> PageScope:
         watch = None
-        if "trigger" in given:
-            wanted = given.value("trigger")
-            if not isinstance(wanted, dict):
-                raise CallError(f"trigger: expected an object, got {wanted!r:.60}")
-            fields = {key: wanted[key] for key in ("channel", "kind", "level", "low", "high")
-                      if wanted.get(key) is not None}  # fmt: skip
+        if "trigger" in arguments:
+            condition = arguments.value("trigger")
+            if not isinstance(condition, dict):
+                raise CallError(f"trigger: expected an object, got {condition!r:.60}")
+            fields = {key: condition[key] for key in ("channel", "kind", "level", "low", "high")
+                      if condition.get(key) is not None}  # fmt: skip
             trigger = trigger_of(fields)
             if trigger.channel not in names:
                 raise CallError(f"trigger.channel: expected one of the channels, got "
                                 f"{trigger.channel!r:.60}")  # fmt: skip
             number = names.index(trigger.channel)
             watch = TriggerWatch(trigger, number, sampler.types[number])
-        return PageScope(page.next_scope(), page.outbox, self._zero_at(0), watch)
+        return PageScope(page.next_scope(), page.send_queue, self._zero_at(0), watch)
 
-    async def _left(self, wish: str, sampler: ScopeFeed) -> None:
+    async def _left(self, wish: str, sampler: SharedSampling) -> None:
         """A sampler without pages ends."""
         sampler.users -= 1
         if not sampler.users:
@@ -225,14 +225,14 @@ class ScopeHandlers:
                 del self._samplers[wish]
             await sampler.close()
 
-    async def stop(self, page: "PageEnd", given: Arguments) -> dict[str, Any]:
+    async def stop(self, page: "PageEnd", arguments: Arguments) -> dict[str, Any]:
         """Call `scope.stop`."""
-        number = given.whole("scope", None, 0, 0xFFFF)
-        known = page.scopes.pop(number, None)
-        if known is None:
+        number = arguments.integer("scope", None, 0, 0xFFFF)
+        scope = page.scopes.pop(number, None)
+        if scope is None:
             raise CallError(f"scope: the page has no scope {number}")
-        await known[0]()
-        page.outbox.forget_scope(number)
+        await scope[0]()
+        page.send_queue.forget_scope(number)
         return {}
 
     def _zero_at(self, time_ns: int) -> int:
@@ -257,15 +257,15 @@ class ScopeHandlers:
             unit=self._unit(port, channel.symbol),
         )
 
-    async def _cycle(self, wanted: float) -> float:
+    async def _cycle(self, requested: float) -> float:
         """The cycle in whole ticks of a station."""
         try:
             tick = float((await self._watched.statistics())["tick"])
         except AdsError:
-            return wanted
-        return max(-(-round(wanted * 1e9) // round(tick * 1e9)), 1) * tick
+            return requested
+        return max(-(-round(requested * 1e9) // round(tick * 1e9)), 1) * tick
 
-    async def _source(self) -> Callable[[ScopeFeed], Any]:
+    async def _source(self) -> Callable[[SharedSampling], Any]:
         client = self._watched.client
         if not await self._watched.has_scopes():
             return from_notifications(client)
@@ -290,7 +290,7 @@ class ScopeHandlers:
             while len(self._recordings) > _MOST_RECORDINGS:
                 del self._recordings[next(iter(self._recordings))]
 
-    async def recordings(self, given: Arguments) -> list[dict[str, Any]]:
+    async def recordings(self, arguments: Arguments) -> list[dict[str, Any]]:
         """Call `scope.recordings`: those of this server, and the scopes of the station."""
         rows: list[dict[str, Any]] = [
             {"name": name, "channels": list(data), "state": "done"}
@@ -307,22 +307,22 @@ class ScopeHandlers:
         if name in self._recordings:
             return self._recordings[name]
         head, _, number = name.partition(":")[0].partition(" ")
-        known = head == "scope" and number.isdecimal() and int(number[:11]) <= 0xFFFF_FFFF
-        if not known or not await self._watched.has_scopes():
+        is_scope = head == "scope" and number.isdecimal() and int(number[:11]) <= 0xFFFF_FFFF
+        if not is_scope or not await self._watched.has_scopes():
             raise CallError(f"name: there is not such a recording: {name!r:.60}")
         return await RemoteScope.of(self._watched.device(SCOPE_PORT), int(number)).data()
 
-    async def load(self, page: "PageEnd", given: Arguments) -> dict[str, Any]:
+    async def load(self, page: "PageEnd", arguments: Arguments) -> dict[str, Any]:
         """Call `scope.load`: all rows of a recording, then an end mark.
 
         Channels with another `cycle` have NaN where they were not sampled.
         """
-        data = await self._recording(given.text("name"))
+        data = await self._recording(arguments.text("name"))
         if not data.blocks:
             raise CallError("name: this recording has no samples")
-        number, outbox = page.next_scope(), page.outbox
+        number, send_queue = page.next_scope(), page.send_queue
         self._zero_at(min(each.begin_ns for each in data.blocks))
-        task = asyncio.create_task(self._send(outbox, number, data.blocks))
+        task = asyncio.create_task(self._send(send_queue, number, data.blocks))
 
         async def leave() -> None:
             task.cancel()
@@ -342,25 +342,27 @@ class ScopeHandlers:
             else (data.trigger_ns - (self._zero or 0)) / 1e9,
         }
 
-    async def _send(self, outbox: PageOutbox, number: int, blocks: tuple[ScopeBlock, ...]) -> None:
+    async def _send(
+        self, send_queue: PageSendQueue, number: int, blocks: tuple[ScopeBlock, ...]
+    ) -> None:
         width = len(channels_of(blocks)) + 1
         parts = rows_of(blocks, self._zero or 0, _ROWS_AT_ONCE)
         while (part := await asyncio.to_thread(next, parts, None)) is not None:
-            await outbox.held_below(_WAITING)
-            outbox.put_block(number, part.columns, width, part.size)
-        outbox.put_block(number, b"", 0, 0, BlockFlag.END)
+            await send_queue.held_below(_WAITING)
+            send_queue.put_block(number, part.columns, width, part.size)
+        send_queue.put_block(number, b"", 0, 0, BlockFlag.END)
 
-    async def export(self, page: "PageEnd", given: Arguments) -> str:
+    async def export(self, page: "PageEnd", arguments: Arguments) -> str:
         """Call `scope.export`: a path under which the text can be fetched, for a while."""
-        given.choice("format", ("csv",), "csv")
-        if "scope" in given:
-            number = given.whole("scope", None, 0, 0xFFFF)
-            known = page.scopes.get(number)
-            if known is None:
+        arguments.choice("format", ("csv",), "csv")
+        if "scope" in arguments:
+            number = arguments.integer("scope", None, 0, 0xFFFF)
+            scope = page.scopes.get(number)
+            if scope is None:
                 raise CallError(f"scope: the page has no scope {number}")
-            data = known[1]("scope")
+            data = scope[1]("scope")
         else:
-            data = await self._recording(given.text("name"))
+            data = await self._recording(arguments.text("name"))
         if not data.blocks:
             raise CallError("nothing has been recorded yet")
         text = await asyncio.to_thread(csv_text, data, f"{data.name}.csv")

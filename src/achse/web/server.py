@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING
 from achse.client import Client
 from achse.router.rights import ALL_RIGHTS, Right
 from achse.transport.own_address import address_for_others
+from achse.web.access_guard import AccessGuard, is_own_computer
 from achse.web.contents import PageContents
-from achse.web.door import Door, is_own_computer
-from achse.web.feeds import Feeds, Pause
 from achse.web.pages import Pages
 from achse.web.process_log import ProcessLog
 from achse.web.settings import WebExtraMissing, WebSettings
+from achse.web.shared_subscriptions import Pause, SharedSubscriptions
 from achse.web.traffic import ServiceRows, rows_of_demo
 from achse.web.viewer import Viewer, Wire
 from achse.web.watched import WatchedTarget
@@ -68,7 +68,7 @@ class WebServer:
             self._contents = PageContents(calls, topics_of(handlers), handlers.scopes.download)
         else:
             self._contents = contents(self.watched)
-        self.feeds = Feeds(self._contents.topics, pause, of_station)
+        self.subscriptions = SharedSubscriptions(self._contents.topics, pause, of_station)
         self._pages = pages
         self._viewers: set[Viewer] = set()
         self._server: QuietServer | None = None
@@ -104,8 +104,8 @@ class WebServer:
             from achse.web.app import web_app
         except ImportError:
             raise WebExtraMissing from None
-        door, pages = Door(self._token, port), Pages(self._pages)
-        return web_app(door, pages, self.serve, self._contents.download, self._most_bytes())
+        guard, pages = AccessGuard(self._token, port), Pages(self._pages)
+        return web_app(guard, pages, self.serve, self._contents.download, self._most_bytes())
 
     def _most_bytes(self) -> int:
         """Length of the longest message from a page."""
@@ -123,7 +123,7 @@ class WebServer:
         self.host, self.port = listener.getsockname()[:2]
         self._host_for_others = await asyncio.to_thread(address_for_others, self.host)
         if not self._token and not is_own_computer(self.host):
-            self._token = Door.new_token()
+            self._token = AccessGuard.new_token()
         try:
             server = self._server = server_for(self.app(self.port), self._most_bytes())
         except WebExtraMissing:
@@ -137,10 +137,10 @@ class WebServer:
             self._serving.result()
 
     async def close(self) -> None:
-        """End: pages are told that the server goes."""
+        """End: pages are notified that the server stops."""
         server, serving = self._server, self._serving
         self._server = self._serving = None
-        self.feeds.close()
+        self.subscriptions.close()
         if server is None or serving is None:
             return
         server.should_exit = True
@@ -159,7 +159,7 @@ class WebServer:
         """Serve one page to its end; False if too many are open."""
         if len(self._viewers) >= self.settings.viewers:
             return False
-        viewer = Viewer(self._contents.calls, self.feeds, self.watched.rights)
+        viewer = Viewer(self._contents.calls, self.subscriptions, self.watched.rights)
         self._viewers.add(viewer)
         self.watched.on_connection(viewer.tell_connection)
         try:

@@ -37,7 +37,7 @@ class SourceProject:
     """The sources of one project, as pages edit them.
 
     A text that a page is typing is a draft: it is checked as if it were saved. There is one at a
-    time: a check of another file, or a page that opens one, is told nothing of it. Not for two
+    time: a check of another file, or a page that opens one, gets nothing of it. Not for two
     threads at once.
     """
 
@@ -87,8 +87,8 @@ class SourceProject:
         )
 
     def _file(self, name: str) -> Path:
-        for file, known in self._names.items():
-            if known == name and self._may_edit(file):
+        for file, name_of_file in self._names.items():
+            if name_of_file == name and self._may_edit(file):
                 return file
         raise CallError(f"file: expected a source of the project, got {name!r:.80}")
 
@@ -123,7 +123,7 @@ class SourceProject:
 
     def check(self, name: str, texts: Sequence[str], tag: str = "") -> dict[str, Any]:
         """The findings with other code in a file, which becomes its draft; `is_changed` if others
-        wrote the file since `tag` was told."""
+        wrote the file since `tag` was reported."""
         file = self._file(name)
         content = _content(file, name)
         draft = _edited(content, texts, file, name)
@@ -134,7 +134,7 @@ class SourceProject:
         return {**self.findings(), "is_changed": bool(tag) and tag != _tag(content)}
 
     def save(self, name: str, texts: Sequence[str], tag: str) -> dict[str, Any]:
-        """Write the code of a file, if nobody else wrote it since `tag` was told."""
+        """Write the code of a file, if no other program wrote it since `tag` was reported."""
         file = self._file(name)
         content = _content(file, name)
         if _tag(content) != tag:
@@ -159,10 +159,14 @@ class SourceProject:
 
     def findings(self) -> dict[str, Any]:
         """The findings of the project: their number by kind, and the first of them as rows."""
-        found = self._workspace.findings
+        findings = self._workspace.findings
         sections: dict[Path, tuple[CodeSection, ...]] = {}
         rows: list[dict[str, Any]] = []
-        kinds = {"error": found.errors, "warning": found.warnings, "unreached": found.unreached}
+        kinds = {
+            "error": findings.errors,
+            "warning": findings.warnings,
+            "unreached": findings.unreached,
+        }
         every = ((kind, finding) for kind, several in kinds.items() for finding in several)
         for kind, finding in every:
             if len(rows) == MOST_FINDINGS:
@@ -212,10 +216,10 @@ def _place(finding: Diagnostic, sections: Sequence[CodeSection]) -> dict[str, in
 
 def _stamp(file: Path) -> tuple[int, int]:
     try:
-        found = file.stat()
+        status = file.stat()
     except OSError:
         return 0, 0
-    return found.st_mtime_ns, found.st_size
+    return status.st_mtime_ns, status.st_size
 
 
 def _content(file: Path, name: str) -> bytes:

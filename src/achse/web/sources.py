@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from achse.codes.station import ONLINE_CHANGE
 from achse.web.arguments import Arguments
-from achse.web.feeds import Feed
 from achse.web.messages import CallError
 from achse.web.settings import EditedProject
+from achse.web.shared_subscriptions import SharedSubscription
 from achse.web.watched import LONGEST_TEXT, STATION_PORT, WatchedTarget
 
 if TYPE_CHECKING:
@@ -46,14 +46,14 @@ class SourceHandlers:
             self._loaded[number] = SourceProject(self._projects[number])
         return self._loaded[number]
 
-    def _named(self, given: Arguments) -> tuple[int, str]:
+    def _named(self, arguments: Arguments) -> tuple[int, str]:
         if not self._projects:
             raise CallError("sources: these pages edit none (`achse run --web-edit`)")
-        return given.whole("project", most=len(self._projects) - 1), given.text("file")
+        return arguments.integer("project", most=len(self._projects) - 1), arguments.text("file")
 
     # calls -----------------------------------------------------------------------------------
 
-    async def listed(self, given: Arguments) -> list[dict[str, Any]]:
+    async def listed(self, arguments: Arguments) -> list[dict[str, Any]]:
         """Call `sources.list`: projects with their files and the number of errors in each."""
 
         def work() -> list[dict[str, Any]]:
@@ -64,39 +64,47 @@ class SourceHandlers:
 
         return await self._work(work)
 
-    async def read(self, given: Arguments) -> dict[str, Any]:
+    async def read(self, arguments: Arguments) -> dict[str, Any]:
         """Call `sources.read`: `sections` of a file with their code, its `tag`, findings."""
-        number, name = self._named(given)
+        number, name = self._named(arguments)
         return await self._work(lambda: self._project(number).read(name))
 
-    async def watch_drawings(self, feed: Feed, given: Arguments) -> None:
+    async def watch_drawings(self, subscription: SharedSubscription, arguments: Arguments) -> None:
         """Topic `drawings`: the drawn bodies of a file as lines of text, with the values of its
         program or of the block `of`."""
         from achse.web.drawings import operand_values, shown
 
-        number, name = self._named(given)
-        every, instance = given.number("every", 0.5, 0.1, 10.0), given.text("of", "")
+        number, name = self._named(arguments)
+        every, instance = arguments.number("every", 0.5, 0.1, 10.0), arguments.text("of", "")
         port = self._projects[number].port
         bodies = await self._work(lambda: self._project(number).drawn(name, instance))
         while bodies:
             values = [await operand_values(self._watched, port, one) for one in bodies]
-            feed.show([shown(*each) for each in zip(bodies, values, strict=True)])
-            await feed.pause(every)
+            subscription.show([shown(*each) for each in zip(bodies, values, strict=True)])
+            await subscription.pause(every)
 
-    async def check(self, given: Arguments) -> dict[str, Any]:
+    async def check(self, arguments: Arguments) -> dict[str, Any]:
         """Call `sources.check`: findings of the project with other code in one of its files.
 
         `is_changed` if the file has not the given `tag` any more: others wrote it meanwhile.
         """
-        (number, name), texts, tag = self._named(given), _texts(given), given.text("tag", "")
+        (number, name), texts, tag = (
+            self._named(arguments),
+            _texts(arguments),
+            arguments.text("tag", ""),
+        )
         return await self._work(lambda: self._project(number).check(name, texts, tag))
 
-    async def save(self, given: Arguments) -> dict[str, Any]:
+    async def save(self, arguments: Arguments) -> dict[str, Any]:
         """Call `sources.save`: write the code of a file that still has the given `tag`."""
-        (number, name), texts, tag = self._named(given), _texts(given), given.text("tag")
+        (number, name), texts, tag = (
+            self._named(arguments),
+            _texts(arguments),
+            arguments.text("tag"),
+        )
         return await self._work(lambda: self._project(number).save(name, texts, tag))
 
-    async def apply(self, given: Arguments) -> dict[str, int]:
+    async def apply(self, arguments: Arguments) -> dict[str, int]:
         """Call `sources.apply`: the station reads its sources again and goes on with them.
 
         Returns the online changes of each PLC by its port; after an error the programs go on as
@@ -111,8 +119,8 @@ class SourceHandlers:
         return {str(port): int(count) for port, count in answer.items()}
 
 
-def _texts(given: Arguments) -> list[str]:
-    texts = given.value("texts")
+def _texts(arguments: Arguments) -> list[str]:
+    texts = arguments.value("texts")
     if not isinstance(texts, list) or not all(isinstance(text, str) for text in texts):
         raise CallError(f"texts: expected a list of texts, got {texts!r:.60}")
     if sum(map(len, texts)) > LONGEST_CODE:

@@ -23,8 +23,8 @@ from achse.iec import (
 from achse.iec.literals import format_value, parse_value
 from achse.iec.symbols import SymbolEntry
 from achse.web.arguments import Arguments
-from achse.web.feeds import Feed
 from achse.web.messages import CallError
+from achse.web.shared_subscriptions import SharedSubscription
 from achse.web.watched import NC_PORT, PLC_PORT, WatchedTarget
 
 _MOST_LISTED = 1000
@@ -128,12 +128,12 @@ class _Listing:
     async def _uploaded(self) -> dict[str, FoundSymbol]:
         types = await self.device.types()
         port = self.device.address.port
-        found: dict[str, FoundSymbol] = {}
+        symbols: dict[str, FoundSymbol] = {}
         async for entry in _in_slices(await self.device.symbols()):
-            found[entry.name.lower()] = FoundSymbol(
+            symbols[entry.name.lower()] = FoundSymbol(
                 port, entry.name, types.symbol_type(entry), entry.comment, _may_be_written(entry)
             )
-        return found
+        return symbols
 
     def forget(self) -> None:
         """The symbols are others now."""
@@ -145,13 +145,13 @@ class _Listing:
         async with self._indexing:
             if self._leaves is None:
                 inside = (each for root in roots.values() for each in _within(root, 0))
-                found = [
+                leaves = [
                     (f"{each.path} {each.comment}".lower(), each)
                     async for each in _in_slices(islice(inside, _MOST_LEAVES))
                 ]
                 if roots is not self._roots:
-                    return found  # they have changed meanwhile
-                self._leaves = found
+                    return leaves  # they have changed meanwhile
+                self._leaves = leaves
             return self._leaves
 
 
@@ -214,13 +214,13 @@ class SymbolHandlers:
 
     # looking -----------------------------------------------------------------------------------
 
-    async def listed(self, given: Arguments) -> dict[str, Any]:
+    async def listed(self, arguments: Arguments) -> dict[str, Any]:
         """Call `symbols.list`: what is directly below a name, or what a search finds.
 
         `more` counts what the limit leaves out.
         """
-        limit = given.whole("limit", 200, 1, _MOST_LISTED)
-        search, under = given.text("search", "").strip(), given.text("under", "").strip()
+        limit = arguments.integer("limit", 200, 1, _MOST_LISTED)
+        search, under = arguments.text("search", "").strip(), arguments.text("under", "").strip()
         if search:
             rows = [each.row() for each in await self.search(search, _MOST_LISTED)]
         else:
@@ -253,7 +253,7 @@ class SymbolHandlers:
             try:
                 roots = await listing.roots()
             except AdsError:
-                continue  # nobody is there, or it tells no symbols
+                continue  # no device answers, or it has no symbols
             rows += await _level(roots.values(), "", "")
         return rows
 
@@ -276,9 +276,9 @@ class SymbolHandlers:
 
     # values ------------------------------------------------------------------------------------
 
-    async def read(self, given: Arguments) -> dict[str, dict[str, str]]:
+    async def read(self, arguments: Arguments) -> dict[str, dict[str, str]]:
         """Call `symbols.read`: `text` by name, or `error` for one that cannot be read."""
-        return await self._texts(given.names("names"))
+        return await self._texts(arguments.names("names"))
 
     async def _texts(self, names: Iterable[str]) -> dict[str, dict[str, str]]:
         by_port: dict[int, dict[str, str]] = {}
@@ -296,18 +296,18 @@ class SymbolHandlers:
                     texts[paths[name]] = {"text": _text(await device.type_of(name), value)}
         return texts
 
-    async def watch(self, feed: Feed, given: Arguments) -> None:
+    async def watch(self, subscription: SharedSubscription, arguments: Arguments) -> None:
         """Topic `symbols`: values of names as texts."""
-        every = given.number("every", 0.2, 0.02, 10.0)
-        names = given.names("names", 500)
+        every = arguments.number("every", 0.2, 0.02, 10.0)
+        names = arguments.names("names", 500)
         while True:
-            feed.show(await self._texts(names))
-            await feed.pause(every)
+            subscription.show(await self._texts(names))
+            await subscription.pause(every)
 
-    async def write(self, given: Arguments) -> dict[str, Any]:
+    async def write(self, arguments: Arguments) -> dict[str, Any]:
         """Call `symbols.write`: set a symbol to an IEC literal; the answer is its value."""
-        device, name = self._where(given.text("name"))
-        value = given.value("value")
+        device, name = self._where(arguments.text("name"))
+        value = arguments.value("value")
         type = await device.type_of(name)
         text = _literal(value)
         try:
@@ -316,15 +316,15 @@ class SymbolHandlers:
             raise CallError(f"value: {fault}") from None
         return {"value": _text(type, await device.read(name))}
 
-    async def call(self, given: Arguments) -> dict[str, Any]:
+    async def call(self, arguments: Arguments) -> dict[str, Any]:
         """Call `symbols.call`: `MAIN.fbMotor.Start` or `MAIN.fbMotor#Start`, with its inputs."""
-        device, path = self._where(given.text("name"))
+        device, path = self._where(arguments.text("name"))
         block, mark, method = path.rpartition("#" if "#" in path else ".")
         if not mark:
             raise CallError(f"name: expected BLOCK.METHOD, got {path!r:.60}")
-        arguments = given.fields.get("arguments", {})
-        if not isinstance(arguments, dict):
-            raise CallError(f"arguments: expected an object, got {arguments!r:.60}")
+        inputs = arguments.fields.get("arguments", {})
+        if not isinstance(inputs, dict):
+            raise CallError(f"arguments: expected an object, got {inputs!r:.60}")
         types = {
             each.name: each.type
             for declared in await self._methods(device, block)
@@ -335,7 +335,7 @@ class SymbolHandlers:
             name: parse_value(types[name], value)
             if name in types and isinstance(value, str)
             else value
-            for name, value in arguments.items()
+            for name, value in inputs.items()
         }
         answer = await device.call(block, method, **inputs)
         if isinstance(answer, MethodResult):
@@ -343,9 +343,9 @@ class SymbolHandlers:
             return {"result": _plain(answer.value), "outputs": outputs}
         return {"result": _plain(answer), "outputs": {}}
 
-    async def methods(self, given: Arguments) -> list[dict[str, Any]]:
+    async def methods(self, arguments: Arguments) -> list[dict[str, Any]]:
         """Call `symbols.methods`: those of a function block, with their parameters."""
-        device, name = self._where(given.text("name"))
+        device, name = self._where(arguments.text("name"))
         return [
             {
                 "name": method.name,

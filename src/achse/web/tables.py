@@ -10,7 +10,7 @@ from achse.ams import AdsError, DeviceError
 from achse.client.nc import RemoteTable
 from achse.codes import NcError
 from achse.web.arguments import Arguments
-from achse.web.feeds import Feed
+from achse.web.shared_subscriptions import SharedSubscription
 from achse.web.watched import NC_PORT, WatchedTarget
 
 _MOST_POINTS = 2000
@@ -22,7 +22,7 @@ class TableHandlers:
     def __init__(self, watched: WatchedTarget) -> None:
         self._nc = watched.device(NC_PORT).nc
 
-    async def tables(self, given: Arguments) -> list[dict[str, Any]]:
+    async def tables(self, arguments: Arguments) -> list[dict[str, Any]]:
         """Call `tables.list`: what tables there are."""
         facts = [await table.facts() for table in await self._nc.tables()]
         return [
@@ -37,10 +37,10 @@ class TableHandlers:
             for each in facts
         ]
 
-    async def points(self, given: Arguments) -> dict[str, Any]:
+    async def points(self, arguments: Arguments) -> dict[str, Any]:
         """Call `tables.points`: master, position, velocity, acceleration at equal steps."""
-        table = self._nc.table(given.whole("table", None, 1, 4095))
-        count = given.whole("count", 500, 2, _MOST_POINTS)
+        table = self._nc.table(arguments.integer("table", None, 1, 4095))
+        count = arguments.integer("count", 500, 2, _MOST_POINTS)
         first, last = await _ends(table)
         masters = [first + (last - first) * n / (count - 1) for n in range(count)]
         values = await asyncio.gather(*map(table.values, masters))
@@ -100,15 +100,15 @@ class ChannelHandlers:
         except AdsError:
             return False
 
-    async def channels(self, given: Arguments) -> list[dict[str, Any]]:
+    async def channels(self, arguments: Arguments) -> list[dict[str, Any]]:
         """Call `channels.list`: channels with an interpreter and their axes."""
         data = await self._nc.read_raw(_RING0_STATES, _CHANNEL_IDS, _LONGEST_LIST)
-        found = []
+        channels = []
         for id in struct.unpack(f"<{len(data) // 4}I", data):
             if await self._unsigned(_PARAMETERS + id, 0x03) == 2:
                 name = await self._text(_PARAMETERS + id, 0x02, 31)
-                found.append({"channel": id, "name": name, "axes": await self._axes(id)})
-        return found
+                channels.append({"channel": id, "name": name, "axes": await self._axes(id)})
+        return channels
 
     async def _unsigned(self, group: int, offset: int) -> int:
         return int.from_bytes(await self._nc.read_raw(group, offset, 4), "little")
@@ -122,10 +122,10 @@ class ChannelHandlers:
         data = await self._nc.read_raw(_GROUP_STATES + group, 0x552, 32)
         return list(struct.unpack("<8I", data))[:3]
 
-    async def watch(self, feed: Feed, given: Arguments) -> None:
+    async def watch(self, subscription: SharedSubscription, arguments: Arguments) -> None:
         """Topic `channel`: state, program line, error, positions of X, Y, Z."""
-        id = given.whole("channel", None, 1, 255)
-        every = given.number("every", 0.1, 0.02, 10.0)
+        id = arguments.integer("channel", None, 1, 255)
+        every = arguments.number("every", 0.1, 0.02, 10.0)
         path = self._paths.setdefault(id, deque(maxlen=_MOST_PATH))
         while True:
             axes = await self._axes(id)
@@ -136,7 +136,7 @@ class ChannelHandlers:
             place = (positions[0], positions[1], positions[2], 0)
             if state and any(axes) and (not path or path[-1][:3] != place[:3]):
                 path.append(place)
-            feed.show(
+            subscription.show(
                 {
                     "state": _state(state),
                     "program": await self._text(_STATES + id, 0x07),
@@ -148,14 +148,14 @@ class ChannelHandlers:
                     "plan": await self._plan_now(id),
                 }
             )
-            await feed.pause(every)
+            await subscription.pause(every)
 
     async def _position(self, axis: int) -> float:
         return (await self._nc.nc.axis(axis).status()).position if axis else 0.0
 
-    async def path(self, given: Arguments) -> dict[str, Sequence[Any]]:
-        """Call `channels.path`: where the tool went while somebody watched the channel."""
-        id = given.whole("channel", None, 1, 255)
+    async def path(self, arguments: Arguments) -> dict[str, Sequence[Any]]:
+        """Call `channels.path`: where the tool went while a page watched the channel."""
+        id = arguments.integer("channel", None, 1, 255)
         return {"points": [list(point) for point in self._paths.get(id, ())]}
 
     async def _plan_now(self, id: int) -> dict[str, int] | None:
@@ -169,14 +169,14 @@ class ChannelHandlers:
     async def _plan_from(
         self, id: int, first: int
     ) -> tuple[tuple[int, int, int, int], list[tuple[Any, ...]]]:
-        asked = first.to_bytes(4, "little")
-        data = await self._nc.read_write_raw(_STATES + id, _PLAN, _PLAN_LONGEST, asked)
+        request = first.to_bytes(4, "little")
+        data = await self._nc.read_write_raw(_STATES + id, _PLAN, _PLAN_LONGEST, request)
         number, state, count, block = _PLAN_HEAD.unpack_from(data)
         return (number, state, count, block), list(_PLAN_POINT.iter_unpack(data[_PLAN_HEAD.size :]))
 
-    async def plan(self, given: Arguments) -> dict[str, Any]:
+    async def plan(self, arguments: Arguments) -> dict[str, Any]:
         """Call `channels.plan`: the path that the loaded program takes: x, y, z, rapid, block."""
-        id = given.whole("channel", None, 1, 255)
+        id = arguments.integer("channel", None, 1, 255)
         points: list[tuple[Any, ...]] = []
         begun = None
         while True:
@@ -189,13 +189,13 @@ class ChannelHandlers:
             if _PLAN_STATES[state] != "unfinished" and len(points) >= count:
                 return {"number": number, "state": _PLAN_STATES[state], "points": points}
 
-    async def do(self, given: Arguments) -> dict[str, Any]:
+    async def do(self, arguments: Arguments) -> dict[str, Any]:
         """Call `channels.do`: start, stop, reset, or load a file of the channel's folder."""
-        id = given.whole("channel", None, 1, 255)
-        action = given.choice("action", tuple(_ACTIONS))
+        id = arguments.integer("channel", None, 1, 255)
+        action = arguments.choice("action", tuple(_ACTIONS))
         data = b""
         if action == "load":
-            data = given.text("file").encode("cp1252", "replace") + b"\0"
+            data = arguments.text("file").encode("cp1252", "replace") + b"\0"
             self._paths.setdefault(id, deque(maxlen=_MOST_PATH)).clear()
         await self._nc.write_raw(_FUNCTIONS + id, _ACTIONS[action], data)
         return {}

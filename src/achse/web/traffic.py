@@ -11,7 +11,7 @@ from achse.monitor.names import Names
 from achse.router.tap import decode_batch
 from achse.server import RowFacts
 from achse.web.arguments import Arguments
-from achse.web.feeds import Feed
+from achse.web.shared_subscriptions import SharedSubscription
 from achse.web.watched import PLC_PORT, STATION_PORT, WatchedTarget
 
 _TAPS = 0xFA02
@@ -40,9 +40,9 @@ class TrafficHandlers:
         self._rows = rows
         self._names: Names | None = None
 
-    async def watch(self, feed: Feed, given: Arguments) -> None:
+    async def watch(self, subscription: SharedSubscription, arguments: Arguments) -> None:
         """Topic `traffic`: exchanges of all clients but this server, filtered as asked."""
-        wanted = _Filter(given)
+        accepted = _Filter(arguments)
         if self._names is None:
             self._names = Names(await asyncio.to_thread(self._rows))
         decoder = Decoder(self._names)
@@ -52,15 +52,15 @@ class TrafficHandlers:
         try:
             while True:
                 batch = await self._station.read_raw(_TAPS, tap, _FETCH_BYTES)
-                found = [
+                lines = [
                     exchange.as_json()
                     for capture in decode_batch(batch)
                     for exchange in decoder.see(capture)
-                    if exchange.client not in self._watched.own_addresses and wanted(exchange)
+                    if exchange.client not in self._watched.own_addresses and accepted(exchange)
                 ]
-                if found:
-                    feed.show_lines(found)
-                await feed.pause(_FETCH_EVERY)
+                if lines:
+                    subscription.show_lines(lines)
+                await subscription.pause(_FETCH_EVERY)
         finally:
             closing = asyncio.ensure_future(self._close(tap))
             await asyncio.shield(closing)
@@ -72,26 +72,26 @@ class TrafficHandlers:
     async def _learn(self, decoder: Decoder) -> None:
         """Symbols and types of the PLC, so that values have types."""
         plc = self._watched.device(PLC_PORT)
-        known = decoder.names.learn(plc.address)
-        if known.is_whole:
+        count = decoder.names.learn(plc.address)
+        if count.is_whole:
             return
         try:
-            known.learn_types(await plc.types())
+            count.learn_types(await plc.types())
             for entry in await plc.symbols():
-                known.learn_symbol(entry)
+                count.learn_symbol(entry)
         except AdsError:
             return  # it has no PLC
-        known.is_whole = True
+        count.is_whole = True
 
 
 class _Filter:
     """Filter for the exchanges that a page shows."""
 
-    def __init__(self, given: Arguments) -> None:
-        self._errors = given.flag("errors")
-        self._samples = given.flag("samples")
-        self._client = given.text("client", "*")
-        self._name = given.text("name", "*").lower().replace("[", "[[]")
+    def __init__(self, arguments: Arguments) -> None:
+        self._errors = arguments.flag("errors")
+        self._samples = arguments.flag("samples")
+        self._client = arguments.text("client", "*")
+        self._name = arguments.text("name", "*").lower().replace("[", "[[]")
 
     def __call__(self, exchange: Exchange) -> bool:
         return (

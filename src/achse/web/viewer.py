@@ -11,10 +11,10 @@ from achse.router.rights import Right
 from achse.scope.data import ScopeData
 from achse.web.arguments import Arguments
 from achse.web.contents import PageCall
-from achse.web.feeds import Feed, Feeds
 from achse.web.jogging import Jogging
 from achse.web.messages import CallError, dumped, error_of, request_of
-from achse.web.outbox import PageOutbox
+from achse.web.send_queue import PageSendQueue
+from achse.web.shared_subscriptions import SharedSubscription, SharedSubscriptions
 
 log = logging.getLogger("achse.web")
 
@@ -48,7 +48,7 @@ class PageEnd(Protocol):
     """The server's end of a page, as calls see it that are about the page itself."""
 
     @property
-    def outbox(self) -> PageOutbox: ...
+    def send_queue(self) -> PageSendQueue: ...
 
     @property
     def jogging(self) -> Jogging: ...
@@ -64,15 +64,17 @@ class PageEnd(Protocol):
 class Viewer:
     """Serves one page from its opening to its end."""
 
-    def __init__(self, calls: Mapping[str, PageCall], feeds: Feeds, rights: Right) -> None:
-        self.outbox = PageOutbox()
+    def __init__(
+        self, calls: Mapping[str, PageCall], subscriptions: SharedSubscriptions, rights: Right
+    ) -> None:
+        self.send_queue = PageSendQueue()
         self.jogging = Jogging()
         self.scopes: dict[int, OpenScope] = {}
         self._last_scope = 0
         self._calls = calls
-        self._feeds = feeds
+        self._subscriptions = subscriptions
         self._rights = rights
-        self._watches: dict[int, Feed] = {}
+        self._watches: dict[int, SharedSubscription] = {}
         self._last_watch = 0
         self._under_way: set[asyncio.Task[None]] = set()
         self._room = asyncio.Semaphore(_CALLS_AT_ONCE)
@@ -95,8 +97,8 @@ class Viewer:
         scopes, self.scopes = self.scopes, {}
         for leave, _ in scopes.values():
             await leave()
-        for watch, feed in self._watches.items():
-            self._feeds.unwatch(feed, self.outbox, watch)
+        for watch, subscription in self._watches.items():
+            self._subscriptions.unwatch(subscription, self.send_queue, watch)
         self._watches.clear()
 
     def next_scope(self) -> int:
@@ -108,18 +110,18 @@ class Viewer:
 
     def tell_connection(self, state: str, text: str) -> None:
         """The target was lost or is back."""
-        self.outbox.put_event(event="connection", state=state, text=text)
+        self.send_queue.put_event(event="connection", state=state, text=text)
 
     # in and out ------------------------------------------------------------------------------
 
     async def _send(self, wire: Wire) -> None:
         while True:
-            await wire.send(await self.outbox.take())
+            await wire.send(await self.send_queue.take())
 
     async def _read(self, wire: Wire) -> None:
         while (text := await wire.receive()) is not None:
             await self._room.acquire()
-            await self.outbox.room()
+            await self.send_queue.room()
             task = asyncio.create_task(self._answer(text))
             self._under_way.add(task)
             task.add_done_callback(self._under_way.discard)
@@ -138,36 +140,36 @@ class Viewer:
             answer = {"id": number, "error": error_of(failure)}
         finally:
             self._room.release()
-        self.outbox.put(dumped(answer))
+        self.send_queue.put(dumped(answer))
 
     # calls -----------------------------------------------------------------------------------
 
     async def _done(self, name: str, fields: dict[str, Any]) -> Any:
         if name == "watch":
             return self._watch(fields)
-        given = Arguments(fields)
+        arguments = Arguments(fields)
         if name == "unwatch":
-            return self._unwatch(given.whole("watch"))
+            return self._unwatch(arguments.integer("watch"))
         call = self._calls.get(name)
         if call is None:
             raise CallError(f"no call has the name {name!r:.60}")
         if call.needs & ~self._rights:
             raise DeviceError(ReturnCode.DEVICE_ACCESS_DENIED, f"{name}: this page may only look")
-        return await (call.do(self, given) if call.of_page else call.do(given))
+        return await (call.do(self, arguments) if call.of_page else call.do(arguments))
 
     def _watch(self, fields: dict[str, Any]) -> dict[str, int]:
         if len(self._watches) >= _WATCHES:
             raise CallError(f"a page watches up to {_WATCHES} things at once")
         number = self._last_watch + 1
-        feed = self._feeds.watch(self.outbox, number, fields)
+        subscription = self._subscriptions.watch(self.send_queue, number, fields)
         self._last_watch = number
-        self._watches[number] = feed
+        self._watches[number] = subscription
         return {"watch": number}
 
     def _unwatch(self, watch: int) -> dict[str, Any]:
-        feed = self._watches.pop(watch, None)
-        if feed is None:
+        subscription = self._watches.pop(watch, None)
+        if subscription is None:
             raise CallError(f"watch: nothing is watched with the number {watch}")
-        self._feeds.unwatch(feed, self.outbox, watch)
-        self.outbox.forget_watch(watch)
+        self._subscriptions.unwatch(subscription, self.send_queue, watch)
+        self.send_queue.forget_watch(watch)
         return {}

@@ -125,8 +125,8 @@ class WatchedTarget:
     async def features(self) -> list[str]:
         """Return the names of the pages and calls that the target offers."""
         ports = (NC_PORT, PLC_PORT, STATION_PORT, SCOPE_PORT, LOGGER_PORT, IO_PORT)
-        found = await asyncio.gather(*map(self.is_there, ports))
-        there = dict(zip(ports, found, strict=True))
+        features = await asyncio.gather(*map(self.is_there, ports))
+        there = dict(zip(ports, features, strict=True))
         station = there[STATION_PORT]
         offered = {
             "axes": there[NC_PORT],
@@ -155,7 +155,7 @@ class WatchedTarget:
         link = self.client.session.link
         return frozenset(() if link is None else (bytes(link.address),))
 
-    async def hello(self, given: Arguments) -> dict[str, Any]:
+    async def hello(self, arguments: Arguments) -> dict[str, Any]:
         """Call `hello`: version of achse, name and time of the target, rights of the page."""
         from achse import __version__
 

@@ -61,7 +61,7 @@ class _Block:
         self.payload = payload
 
 
-class PageOutbox:
+class PageSendQueue:
     """Messages for one page. `put…` never waits, `take` waits for the next message."""
 
     def __init__(self) -> None:

@@ -1,4 +1,4 @@
-"""The door: which requests are let in, by host, origin and token, and what each answer carries."""
+"""Access guard: checks host, origin and token of requests, and has the headers of answers."""
 
 import hmac
 import ipaddress
@@ -30,7 +30,7 @@ def is_own_computer(host: str) -> bool:
         return False
 
 
-class Door:
+class AccessGuard:
     """Access guard for HTTP requests.
 
     Without a token only addresses and names of this computer are accepted as Host: a foreign page
@@ -45,7 +45,7 @@ class Door:
 
     @staticmethod
     def new_token() -> str:
-        """A token that nobody guesses."""
+        """Return a token that cannot be guessed."""
         return secrets.token_urlsafe(18)
 
     @property

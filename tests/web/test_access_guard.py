@@ -1,19 +1,19 @@
-"""The door: hosts, origins and tokens."""
+"""Access guard: hosts, origins and tokens."""
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from achse.web.door import Door, is_own_computer
+from achse.web.access_guard import AccessGuard, is_own_computer
 
 HOST = "127.0.0.1:8080"
 
 
-def status(door: Door, token: str | None = None, cookie: str = "", **headers: str) -> int:
+def status(guard: AccessGuard, token: str | None = None, cookie: str = "", **headers: str) -> int:
     """HTTP status of a refusal, 0 for who gets in."""
     named = {name.replace("_", "-"): value for name, value in ({"host": HOST} | headers).items()}
     query = {} if token is None else {"token": token}
-    refusal = door.refusal(named, query, {door.cookie: cookie})
+    refusal = guard.refusal(named, query, {guard.cookie: cookie})
     return 0 if refusal is None else refusal[0]
 
 
@@ -54,38 +54,38 @@ def status(door: Door, token: str | None = None, cookie: str = "", **headers: st
 def test_without_a_token_only_pages_of_this_computer(
     headers: dict[str, str], expected: int
 ) -> None:
-    assert status(Door("", 8080), **headers) == expected
+    assert status(AccessGuard("", 8080), **headers) == expected
 
 
 def test_with_a_token_every_name_and_nobody_without_it() -> None:
-    door = Door("geheim", 8080)
+    guard = AccessGuard("geheim", 8080)
     there = {"host": "plc.example:8080", "origin": "http://plc.example:8080"}
-    assert status(door, **there) == 401
-    assert (door.locked, Door("", 8080).locked) == (True, False)
-    assert status(door, "geheim", host="") == 421
-    assert status(door, "geheim", host=":8080") == 421
-    assert status(door, "falsch", **there) == 401
-    assert status(door, "geheim", **there) == 0
-    assert status(door, None, "geheim", **there) == 0
-    assert status(door, "falsch", "geheim", **there) == 401
-    assert status(door, "geheim", host="plc.example", origin="http://evil.example") == 403
+    assert status(guard, **there) == 401
+    assert (guard.locked, AccessGuard("", 8080).locked) == (True, False)
+    assert status(guard, "geheim", host="") == 421
+    assert status(guard, "geheim", host=":8080") == 421
+    assert status(guard, "falsch", **there) == 401
+    assert status(guard, "geheim", **there) == 0
+    assert status(guard, None, "geheim", **there) == 0
+    assert status(guard, "falsch", "geheim", **there) == 401
+    assert status(guard, "geheim", host="plc.example", origin="http://evil.example") == 403
 
 
 @given(st.text(), st.text(), st.text(min_size=1), st.text(), st.text())
 def test_whatever_comes_is_let_in_or_refused(
     host: str, origin: str, token: str, given_token: str, cookie: str
 ) -> None:
-    door = Door(token, 1)
-    if status(door, given_token, cookie, host=host, origin=origin) == 0:
+    guard = AccessGuard(token, 1)
+    if status(guard, given_token, cookie, host=host, origin=origin) == 0:
         assert given_token == token
         assert origin.lower().endswith(host.lower())
 
 
 def test_tokens_are_new_each_time_and_cookies_know_the_port() -> None:
-    tokens = {Door.new_token() for _ in range(20)}
+    tokens = {AccessGuard.new_token() for _ in range(20)}
     assert len(tokens) == 20
     assert {len(token) for token in tokens} == {24}  # 144 bits
-    assert Door("x", 1).cookie != Door("x", 2).cookie
+    assert AccessGuard("x", 1).cookie != AccessGuard("x", 2).cookie
 
 
 @pytest.mark.parametrize(

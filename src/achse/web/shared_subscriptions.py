@@ -1,4 +1,4 @@
-"""Feeds: one subscription at the station for all pages that watch the same topic."""
+"""Shared subscriptions: pages that watch the same topic have one subscription at the station."""
 
 import asyncio
 import logging
@@ -11,15 +11,15 @@ from achse.codes import ReturnCode
 from achse.router.rights import ALL_RIGHTS, Right
 from achse.web.arguments import Arguments
 from achse.web.messages import CallError, dumped, error_of
-from achse.web.outbox import PageOutbox
+from achse.web.send_queue import PageSendQueue
 
 log = logging.getLogger("achse.web")
 
 Pause = Callable[[float], Awaitable[Any]]
 """Function that waits for seconds; tests pass their own."""
 
-MOST_FEEDS = 256
-"""Feeds of all pages; pages that watch the same topic share one."""
+MOST_SUBSCRIPTIONS = 256
+"""Subscriptions of all pages; pages that watch the same topic share one."""
 
 _AGAIN = 1.0
 """Seconds until the next request to a target that refused."""
@@ -31,7 +31,7 @@ _KEPT_LINES = 500
 class Topic(NamedTuple):
     """Subject that pages can watch."""
 
-    run: "Callable[[Feed, Arguments], Awaitable[None]]"
+    run: "Callable[[SharedSubscription, Arguments], Awaitable[None]]"
     """Function that shows values until it is cancelled."""
     lines: bool = False
     """True if each value counts (a log), not only the newest (a state)."""
@@ -39,7 +39,7 @@ class Topic(NamedTuple):
     """Right that the station must grant, even to pages that may only look."""
 
 
-class Feed:
+class SharedSubscription:
     """One running topic and the pages that watch it."""
 
     def __init__(self, name: str, topic: Topic, arguments: Arguments, pause: Pause) -> None:
@@ -47,7 +47,7 @@ class Feed:
         self.pause = pause
         self._topic = topic
         self._arguments = arguments
-        self._watchers: dict[tuple[PageOutbox, int], None] = {}
+        self._watchers: dict[tuple[PageSendQueue, int], None] = {}
         self._newest = ""
         self._history: deque[str] = deque(maxlen=_KEPT_LINES)
         self._task: asyncio.Task[None] | None = None
@@ -57,22 +57,22 @@ class Feed:
         """Number of pages that watch."""
         return len(self._watchers)
 
-    def add(self, outbox: PageOutbox, watch: int) -> None:
+    def add(self, send_queue: PageSendQueue, watch: int) -> None:
         """Add a page: it gets the newest value or earlier lines at once, and all that follow."""
-        self._watchers[outbox, watch] = None
+        self._watchers[send_queue, watch] = None
         if self._newest:
-            outbox.put_state(watch, self._newest)
+            send_queue.put_state(watch, self._newest)
         if self._history:
-            outbox.put_lines(watch, list(self._history))
+            send_queue.put_lines(watch, list(self._history))
         if self._task is None:
             self._task = asyncio.create_task(self._run())
 
-    def remove(self, outbox: PageOutbox, watch: int) -> None:
+    def remove(self, send_queue: PageSendQueue, watch: int) -> None:
         """Remove a page."""
-        self._watchers.pop((outbox, watch), None)
+        self._watchers.pop((send_queue, watch), None)
 
     def close(self) -> None:
-        """End the feed."""
+        """End the subscription."""
         if self._task is not None:
             self._task.cancel()
             self._task = None
@@ -87,15 +87,15 @@ class Feed:
             self._newest = ""
         texts = [dumped(line) for line in lines]
         self._history.extend(texts)
-        for outbox, watch in self._watchers:
-            outbox.put_lines(watch, texts)
+        for send_queue, watch in self._watchers:
+            send_queue.put_lines(watch, texts)
 
     def _send(self, fields: str) -> None:
         if fields == self._newest:
             return
         self._newest = fields
-        for outbox, watch in self._watchers:
-            outbox.put_state(watch, fields)
+        for send_queue, watch in self._watchers:
+            send_queue.put_state(watch, fields)
 
     async def _run(self) -> None:
         while True:
@@ -110,8 +110,8 @@ class Feed:
             await self.pause(_AGAIN)
 
 
-class Feeds:
-    """The feeds of all pages of a server."""
+class SharedSubscriptions:
+    """Subscriptions of all pages of a server."""
 
     def __init__(
         self,
@@ -122,13 +122,15 @@ class Feeds:
         self._topics = topics
         self._rights = rights
         self._pause = pause
-        self._running: dict[str, Feed] = {}
+        self._running: dict[str, SharedSubscription] = {}
 
     def __len__(self) -> int:
         return len(self._running)
 
-    def watch(self, outbox: PageOutbox, watch: int, fields: dict[str, Any]) -> Feed:
-        """Return the feed of a topic, with the page among its watchers.
+    def watch(
+        self, send_queue: PageSendQueue, watch: int, fields: dict[str, Any]
+    ) -> SharedSubscription:
+        """Return the subscription to a topic, with the page among its watchers.
 
         Raises CallError for an unknown topic, DeviceError 0x723 for one without the right to it.
         """
@@ -139,23 +141,31 @@ class Feeds:
         if topic.needs & ~self._rights:
             raise DeviceError(ReturnCode.DEVICE_ACCESS_DENIED, f"{name}: not on this page")
         key = dumped(dict(sorted(fields.items())))
-        feed = self._running.get(key)
-        if feed is None:
-            if len(self._running) >= MOST_FEEDS:
-                raise CallError(f"all pages together watch up to {MOST_FEEDS} different things")
-            feed = self._running[key] = Feed(name, topic, Arguments(fields), self._pause)
-        feed.add(outbox, watch)
-        return feed
+        subscription = self._running.get(key)
+        if subscription is None:
+            if len(self._running) >= MOST_SUBSCRIPTIONS:
+                raise CallError(
+                    f"all pages together watch up to {MOST_SUBSCRIPTIONS} different things"
+                )
+            subscription = self._running[key] = SharedSubscription(
+                name, topic, Arguments(fields), self._pause
+            )
+        subscription.add(send_queue, watch)
+        return subscription
 
-    def unwatch(self, feed: Feed, outbox: PageOutbox, watch: int) -> None:
-        """Remove a page from a feed; a feed without pages ends."""
-        feed.remove(outbox, watch)
-        if not feed.watchers:
-            feed.close()
-            self._running = {key: each for key, each in self._running.items() if each is not feed}
+    def unwatch(
+        self, subscription: SharedSubscription, send_queue: PageSendQueue, watch: int
+    ) -> None:
+        """Remove a page from a subscription; one without pages ends."""
+        subscription.remove(send_queue, watch)
+        if not subscription.watchers:
+            subscription.close()
+            self._running = {
+                key: each for key, each in self._running.items() if each is not subscription
+            }
 
     def close(self) -> None:
-        """End all feeds."""
-        for feed in self._running.values():
-            feed.close()
+        """End all subscriptions."""
+        for subscription in self._running.values():
+            subscription.close()
         self._running.clear()
