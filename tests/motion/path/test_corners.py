@@ -15,9 +15,9 @@ from achse.motion.path import (
 from achse.motion.path.corners import ReductionMethod, angle_between, corner_factor, transition
 from achse.motion.path.parameters import PathLimits, PathParameters
 from achse.motion.path.record import (
-    PieceKind,
+    ElementKind,
     axis_record,
-    piece_record,
+    element_record,
     state_record,
 )
 
@@ -101,14 +101,14 @@ def test_jumps_within_a_cycle_share_the_jerk(length: float, least: float) -> Non
     path = PathPlanner(axes, (0, 0, 0), parameters=settings, cycle_time=cycle_time)
     for n in range(40):
         path.append(PathLine((length * (n // 2 + n % 2), length * (n // 2), 0), 300))
-    pieces = [path._pieces[n] for n in range(1, path.state.following - 3)]
-    assert min(piece.length for piece in pieces) < 1e-9
-    shares = [piece.bend_jump * piece.junction**2 for piece in pieces]
+    elements = [path._elements[n] for n in range(1, path.state.following - 3)]
+    assert min(element.length for element in elements) < 1e-9
+    shares = [element.bend_jump * element.junction**2 for element in elements]
     assert min(shares) > least - 1e-6
-    for first in range(len(pieces)):
+    for first in range(len(elements)):
         time, total = 0.0, shares[first]
-        for share, piece in zip(shares[first + 1 :], pieces[first + 1 :], strict=True):
-            time += piece.length / piece.junction
+        for share, element in zip(shares[first + 1 :], elements[first + 1 :], strict=True):
+            time += element.length / element.junction
             if time >= cycle_time:
                 break
             total += share
@@ -123,12 +123,12 @@ def test_a_jump_of_velocity_is_what_the_axis_can_do_in_a_cycle() -> None:
     axes = [axis_record() for _ in range(8)]
     for axis in axes:
         PathLimits(1000.0, 2000.0, 1e5).fill(axis, 0.002)
-    before, after = piece_record(), piece_record()
-    for piece, direction in ((before, 0), (after, 1)):
-        piece.kind, piece.length, piece.whole = int(PieceKind.LINE), 10.0, 10.0
-        piece.feed = piece.start_feed = piece.caps[0] = 100.0
-        piece.spans = 1
-        piece.slope[direction] = 1.0
+    before, after = element_record(), element_record()
+    for element, direction in ((before, 0), (after, 1)):
+        element.kind, element.length, element.whole = int(ElementKind.LINE), 10.0, 10.0
+        element.feed = element.start_feed = element.caps[0] = 100.0
+        element.spans = 1
+        element.slope[direction] = 1.0
     assert transition(before, after, axes, state) == pytest.approx(4.0)
     assert angle_between(state.before, state.after) == pytest.approx(pi / 2)
     PathParameters(method=ReductionMethod.VELO_JUMP, least_velocity=7.0).fill(state)

@@ -1,4 +1,4 @@
-"""Points of pieces: derivatives are those of the positions."""
+"""Points of elements: derivatives are those of the positions."""
 
 import pytest
 
@@ -22,12 +22,12 @@ def test_derivatives_are_those_of_the_positions(smoothing: Smoothing) -> None:
     path.append(PathLine((0, 0, 0, 0), 100))
     low, here, high = (POINT.plain() for _ in range(3))
     for number in range(path.state.following):
-        piece = path._pieces[number]
+        element = path._elements[number]
         for n in range(1, 10):
-            way = piece.length * n / 10
-            point_at(piece, way - STEP, low)
-            point_at(piece, way, here)
-            point_at(piece, way + STEP, high)
+            way = element.length * n / 10
+            point_at(element, way - STEP, low)
+            point_at(element, way, here)
+            point_at(element, way + STEP, high)
             assert sum(x * x for x in here.tangent[:3]) == pytest.approx(1.0, abs=1e-9)
             for i in range(4):
                 for value, slope in (

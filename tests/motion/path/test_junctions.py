@@ -16,12 +16,12 @@ from achse.motion.path import (
 )
 from achse.motion.path.junctions import (
     build_junctions,
+    element_velocity,
     junction_acceleration,
     junction_deceleration,
     junction_jerk,
-    piece_velocity,
 )
-from achse.motion.path.record import junction_record, piece_record, state_record
+from achse.motion.path.record import element_record, junction_record, state_record
 
 
 @pytest.mark.parametrize(
@@ -35,11 +35,11 @@ from achse.motion.path.record import junction_record, piece_record, state_record
 )
 def test_overrides(kind: PathOverride, override: float, velocity: float) -> None:
     """Programmed 100 mm/s, the axes allow 80."""
-    piece, state = piece_record(), state_record()
-    piece.feed, piece.start_feed, piece.caps[0] = 100.0, 100.0, 80.0
+    element, state = element_record(), state_record()
+    element.feed, element.start_feed, element.caps[0] = 100.0, 100.0, 80.0
     PathParameters(override_type=kind, most_override=1.5).fill(state)
     state.override = override
-    assert piece_velocity(piece, 0, state) == pytest.approx(velocity)
+    assert element_velocity(element, 0, state) == pytest.approx(velocity)
 
 
 def test_a_span_allows_more_the_slower_it_is() -> None:
@@ -77,8 +77,8 @@ def test_what_is_safe_rises_when_more_is_known(  # type: ignore[no-untyped-def]
     found = []
     for arc in (first, second):
         path.append(PathArc(arc, feed))
-        build_junctions(path._pieces, junctions, path.state)
-        found.append([junction.safe for junction in junctions[: path._pieces[0].spans]])
+        build_junctions(path._elements, junctions, path.state)
+        found.append([junction.safe for junction in junctions[: path._elements[0].spans]])
     # a ramp to rest may be shorter than one to a lower velocity
     assert all(more >= 0.6 * less for less, more in zip(*found, strict=True))
     assert found[0][-1] == 0.0

@@ -4,7 +4,7 @@ import pytest
 
 from achse.motion.path import PathLimits, PathLine, PathParameters, PathPlanner, Smoothing
 from achse.motion.path.kernel import AppendOutcome, PathOperation
-from achse.motion.path.record import PieceKind
+from achse.motion.path.record import ElementKind
 
 AXES = [PathLimits(1000.0, 1000.0, 10000.0)] * 3
 
@@ -19,11 +19,18 @@ def test_a_curve_comes_between_two_lines() -> None:
     path = PathPlanner(AXES, (0, 0, 0), parameters=parameters)
     path.append(PathLine((10, 0, 0), 100, block=1))
     path.append(PathLine((10, 10, 0), 100, block=2))
-    pieces = path._pieces[:3]
-    assert [piece.kind for piece in pieces] == [PieceKind.LINE, PieceKind.CURVE, PieceKind.LINE]
-    assert [piece.first for piece in pieces[1:]] == [8.0, pytest.approx(8.0 + pieces[1].length)]
+    elements = path._elements[:3]
+    assert [element.kind for element in elements] == [
+        ElementKind.LINE,
+        ElementKind.CURVE,
+        ElementKind.LINE,
+    ]
+    assert [element.first for element in elements[1:]] == [
+        8.0,
+        pytest.approx(8.0 + elements[1].length),
+    ]
     assert path.entries == 2
-    assert path.total_remaining == pytest.approx(16.0 + pieces[1].length)
+    assert path.total_remaining == pytest.approx(16.0 + elements[1].length)
 
 
 def test_no_curve_where_the_path_is_already() -> None:

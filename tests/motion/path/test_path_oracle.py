@@ -24,7 +24,7 @@ from achse.motion.path import (
 )
 from achse.motion.path.compiled import KERNEL
 from achse.motion.path.geometry import point_at
-from achse.motion.path.record import POINT, PieceKind
+from achse.motion.path.record import POINT, ElementKind
 
 pytest.importorskip("toppra")
 
@@ -35,19 +35,19 @@ JERKS = 20_000.0
 
 
 class Geometry:
-    """Pieces of a planner as a path of TOPP-RA."""
+    """Elements of a planner as a path of TOPP-RA."""
 
-    def __init__(self, pieces: list[Any], axes: int) -> None:
-        self.pieces, self.dof, self.waypoints = pieces, axes, None
-        end = pieces[-1].first + pieces[-1].length
-        self.path_interval = np.array([pieces[0].first, end])
+    def __init__(self, elements: list[Any], axes: int) -> None:
+        self.elements, self.dof, self.waypoints = elements, axes, None
+        end = elements[-1].first + elements[-1].length
+        self.path_interval = np.array([elements[0].first, end])
         self._point = POINT.plain()
 
-    def piece(self, way: float) -> Any:
-        for piece in self.pieces:
-            if way < piece.first + piece.length - 1e-12:
-                return piece
-        return self.pieces[-1]
+    def element(self, way: float) -> Any:
+        for element in self.elements:
+            if way < element.first + element.length - 1e-12:
+                return element
+        return self.elements[-1]
 
     def __call__(self, ways: Any, order: int = 0) -> Any:
         if np.ndim(ways):
@@ -55,24 +55,26 @@ class Geometry:
         return self._at(float(ways), order)
 
     def _at(self, way: float, order: int) -> Any:
-        piece = self.piece(way)
-        point_at(piece, min(max(way - piece.first, 0.0), piece.length), self._point)
+        element = self.element(way)
+        point_at(element, min(max(way - element.first, 0.0), element.length), self._point)
         values = (self._point.position, self._point.tangent, self._point.bend)[order]
         return np.array(values[: self.dof])
 
 
-def shortest(pieces: list[Any], axes: list[PathLimits]) -> float:
+def shortest(elements: list[Any], axes: list[PathLimits]) -> float:
     """The shortest time from rest to rest, s."""
     import toppra.algorithm
     import toppra.constraint
 
-    path = Geometry(pieces, len(axes))
+    path = Geometry(elements, len(axes))
     start, end = path.path_interval
     length = end - start
     grid = [end - length * np.logspace(-6, -2, 20), start + length * np.logspace(-6, -2, 20)]
-    for piece in pieces:
-        count = 24 if piece.kind == PieceKind.CURVE else max(8, int(200 * piece.length / length))
-        grid.append(piece.first + piece.length * np.linspace(0.0, 1.0, count + 1))
+    for element in elements:
+        count = (
+            24 if element.kind == ElementKind.CURVE else max(8, int(200 * element.length / length))
+        )
+        grid.append(element.first + element.length * np.linspace(0.0, 1.0, count + 1))
     ways = np.unique(np.concatenate(grid))
     ways = ways[np.concatenate([[True], np.diff(ways) > 1e-9 * length])]
     ways[0], ways[-1] = start, end
@@ -81,7 +83,7 @@ def shortest(pieces: list[Any], axes: list[PathLimits]) -> float:
         limits = np.array([axis.velocity for axis in axes])
         slope = np.abs(path(way, 1))
         n = int(np.argmax(slope))
-        limits[n] = min(limits[n], path.piece(way).feed * slope[n])
+        limits[n] = min(limits[n], path.element(way).feed * slope[n])
         return np.stack([-limits, limits], 1)
 
     accelerations = np.array([[-axis.acceleration, axis.acceleration] for axis in axes])
@@ -128,10 +130,10 @@ def excess(path: PathPlanner, axes: list[PathLimits]) -> float:
     """Duration of the path beyond the shortest, as a part of it."""
     least, group = 0.0, []
     for n in range(path.state.following):
-        piece = path._pieces[n]
-        if piece.length > 1e-9:
-            group.append(piece)
-        if group and piece.junction <= 0.0:
+        element = path._elements[n]
+        if element.length > 1e-9:
+            group.append(element)
+        if group and element.junction <= 0.0:
             least += shortest(group, axes)
             group = []
     cycles = 0

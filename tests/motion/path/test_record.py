@@ -1,6 +1,6 @@
 """Records of the path: what is there, and its size."""
 
-from achse.motion.path.record import AXES, PIECE, STATE, piece_record, state_record
+from achse.motion.path.record import AXES, ELEMENT, STATE, element_record, state_record
 
 
 def test_a_fresh_state_is_at_rest_without_commands() -> None:
@@ -9,8 +9,8 @@ def test_a_fresh_state_is_at_rest_without_commands() -> None:
     assert (state.override, state.barrier) == (1.0, -1)
 
 
-def test_pieces_have_eight_axes() -> None:
-    piece = piece_record()
-    assert len(piece.begin) == len(piece.end) == len(piece.slope) == AXES == 8
-    assert PIECE.words * 8 < 3600
+def test_elements_have_eight_axes() -> None:
+    element = element_record()
+    assert len(element.begin) == len(element.end) == len(element.slope) == AXES == 8
+    assert ELEMENT.words * 8 < 3600
     assert "point" in STATE.fields

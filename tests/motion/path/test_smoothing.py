@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from achse.motion.path.geometry import point_at
-from achse.motion.path.record import PieceKind, piece_record, state_record
+from achse.motion.path.record import ElementKind, element_record, state_record
 from achse.motion.path.smoothing import (
     Smoothing,
     SmoothingSubtype,
@@ -26,11 +26,16 @@ APEX = {
 
 @pytest.mark.parametrize("kind", APEX)
 def test_the_apex_of_a_right_corner(kind: Smoothing) -> None:
-    state, before, curve, after = state_record(), piece_record(), piece_record(), piece_record()
+    state, before, curve, after = (
+        state_record(),
+        element_record(),
+        element_record(),
+        element_record(),
+    )
     state.smoothing, state.smoothing_subtype, state.smoothing_radius = int(kind), 1, 1.0
-    for piece, direction in ((before, 0), (after, 1)):
-        piece.kind, piece.length, piece.whole = int(PieceKind.LINE), 10.0, 10.0
-        piece.slope[direction] = 1.0
+    for element, direction in ((before, 0), (after, 1)):
+        element.kind, element.length, element.whole = int(ElementKind.LINE), 10.0, 10.0
+        element.slope[direction] = 1.0
     after.begin[0] = before.end[0] = 10.0
     assert round_corner(before, curve, after, state, 10.0) == 1.0
     point_at(curve, 0.5 * curve.length, state.point)

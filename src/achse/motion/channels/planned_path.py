@@ -44,13 +44,13 @@ class PlanState(IntEnum):
 
 
 class PlannedPoint(NamedTuple):
-    """The end of a piece of the path, mm; the first point is where the axes are."""
+    """The end of an element of the path, mm; the first point is where the axes are."""
 
     x: float
     y: float
     z: float
     rapid: bool
-    """True if the piece that ends here is driven by G00."""
+    """True if the element that ends here is driven by G00."""
     block: int
     """Counter of its block (`achse.gcode.canon.Origin`), 0 of the first point."""
 

@@ -150,12 +150,12 @@ class PathView:
     def target(self) -> tuple[float, ...]:
         """End of the present or last segment: X, Y, Z, Q1..Q5 (0x530, 0x531)."""
         planner = self._group.planner
-        piece = None if planner is None else planner.piece
+        element = None if planner is None else planner.element
         positions = self._group.positions
-        if piece is None or not self._group.moving:
+        if element is None or not self._group.moving:
             return positions
         ids = self._group.ids
-        return tuple(e if id else 0.0 for e, id in zip(piece.end, ids, strict=True))
+        return tuple(e if id else 0.0 for e, id in zip(element.end, ids, strict=True))
 
     @property
     def set_positions(self) -> tuple[float, ...]:

@@ -2,7 +2,7 @@
 
 `PathPlanner` takes segments and gives set points, one cycle at a time. `segments` says what a path
 is made of, `geometry` where its points are, `corners` and `smoothing` what is between segments,
-`bounds` what the axes allow on a piece, `lookahead` how fast it may be now. Units: mm and s.
+`bounds` what the axes allow on an element, `lookahead` how fast it may be now. Units: mm and s.
 """
 
 from achse.motion.path.corners import ReductionMethod

@@ -3,13 +3,13 @@
 from achse.motion.path.kernel import run
 from achse.motion.path.record import (
     AXIS,
+    ELEMENT,
     JUNCTION,
-    PIECE,
     POINT,
     STATE,
     PathAxis,
+    PathElement,
     PathJunction,
-    PathPiece,
     PathPlace,
     PathState,
 )
@@ -18,7 +18,13 @@ from achse.native.compiled import Kernel
 KERNEL = Kernel(
     "path",
     run,
-    {PathAxis: AXIS, PathJunction: JUNCTION, PathPiece: PIECE, PathPlace: POINT, PathState: STATE},
+    {
+        PathAxis: AXIS,
+        PathJunction: JUNCTION,
+        PathElement: ELEMENT,
+        PathPlace: POINT,
+        PathState: STATE,
+    },
 )
-"""Called with address and number of pieces, junctions and axes, the state's address, numbers,
+"""Called with address and number of elements, junctions and axes, the state's address, numbers,
 operation, count."""

@@ -1,4 +1,4 @@
-"""Transitions: the velocity with which the path may go from one piece to the next.
+"""Transitions: the velocity with which the path may go from one element to the next.
 
 C0 is a corner, C1 a tangent that goes on with another curvature, C2 a curvature that goes on too.
 The rules are those of 002 §6.4.3.1, 0x3000+ID:0x500 to 0x505, and of the public pages on them;
@@ -15,11 +15,11 @@ from achse.motion.path.bounds import ENDLESS, feed_at
 from achse.motion.path.geometry import point_at
 from achse.motion.path.record import (
     MAIN_AXES,
+    ElementKind,
     PathAxis,
-    PathPiece,
+    PathElement,
     PathPlace,
     PathState,
-    PieceKind,
 )
 
 _STRAIGHT = 1e-6
@@ -88,21 +88,23 @@ def corner_factor(method: int, angle: float, c0: float, low: float, high: float)
 
 
 def transition(
-    piece: PathPiece, following: PathPiece, axes: Sequence[PathAxis], state: PathState
+    element: PathElement, following: PathElement, axes: Sequence[PathAxis], state: PathState
 ) -> float:
-    """Velocity allowed from the end of a piece on to the beginning of the following one, mm/s."""
+    """Velocity allowed from the end of an element to the beginning of the following one, mm/s."""
     a, b = state.before, state.after
-    point_at(piece, piece.length, a)
+    point_at(element, element.length, a)
     point_at(following, 0.0, b)
     if state.keep_jerk:
-        piece.bend_jump = _bend_jump(a, b, axes, state)
+        element.bend_jump = _bend_jump(a, b, axes, state)
     most = min(
-        min(feed_at(piece, piece.length) * state.most_override, piece.caps[piece.spans - 1]),
+        min(
+            feed_at(element, element.length) * state.most_override, element.caps[element.spans - 1]
+        ),
         min(feed_at(following, 0.0) * state.most_override, following.caps[0]),
     )
     angle = angle_between(a, b)
     jump = ENDLESS
-    shorter = 0.5 * (piece.whole + following.whole)
+    shorter = 0.5 * (element.whole + following.whole)
     for i in range(state.axis_count):
         axis = axes[i]
         step = fabs(a.tangent[i] - b.tangent[i])
@@ -140,48 +142,50 @@ def _bend_jump(a: PathPlace, b: PathPlace, axes: Sequence[PathAxis], state: Path
 
 
 def keep_jerk(
-    pieces: Sequence[PathPiece], number: int, following: PathPiece, state: PathState
+    elements: Sequence[PathElement], number: int, following: PathElement, state: PathState
 ) -> None:
-    """Lower the velocity at the end of a piece so that the axes keep their jerk there.
+    """Lower the velocity at the end of an element so that the axes keep their jerk there.
 
     Jumps of curvature that the path can pass within a cycle add up to what may jump in one. A jump
     that is alone in its cycle takes all of it. The others take from a reserve that fills up on the
     way, and leave as much for the next one.
     """
-    rows = len(pieces)
-    piece = pieces[number % rows]
-    before = pieces[(number - 1) % rows]
+    rows = len(elements)
+    element = elements[number % rows]
+    before = elements[(number - 1) % rows]
     v = ENDLESS
-    if piece.bend_jump > 0.0:
-        v = sqrt(1.0 / piece.bend_jump)
+    if element.bend_jump > 0.0:
+        v = sqrt(1.0 / element.bend_jump)
     reserve = _RESERVE
     spent = 1.0
     if number > 0:
-        spent = _least_cycles(piece, piece.length, min(v, before.junction), state)
+        spent = _least_cycles(element, element.length, min(v, before.junction), state)
         if spent < 1.0:
             reserve = min(_RESERVE, before.bend_reserve + (1.0 - _RESERVE) * spent)
-    if piece.bend_jump > 0.0:
+    if element.bend_jump > 0.0:
         # rounding the corner at its end can take half of a segment
         room = following.length
-        if following.kind != PieceKind.CURVE:
+        if following.kind != ElementKind.CURVE:
             room -= 0.5 * following.whole
         ahead = _least_cycles(following, room, v, state)
         if spent < 1.0 or ahead < 1.0:
             share = reserve
             if ahead < 1.0:
                 share = min(reserve, 0.5 * (reserve + (1.0 - _RESERVE) * ahead))
-            v = sqrt(share / piece.bend_jump)
-        piece.junction = min(piece.junction, v)
-    piece.bend_reserve = max(reserve - piece.bend_jump * piece.junction * piece.junction, 0.0)
+            v = sqrt(share / element.bend_jump)
+        element.junction = min(element.junction, v)
+    element.bend_reserve = max(
+        reserve - element.bend_jump * element.junction * element.junction, 0.0
+    )
 
 
-def _least_cycles(piece: PathPiece, length: float, v: float, state: PathState) -> float:
-    """Return the least number of cycles, up to 1, for a part of a piece with v at one end."""
+def _least_cycles(element: PathElement, length: float, v: float, state: PathState) -> float:
+    """Return the least number of cycles, up to 1, for a part of an element with v at one end."""
     fastest = 0.0
     strongest = 0.0
-    for k in range(piece.spans):
-        fastest = max(fastest, piece.caps[k])
-        strongest = max(strongest, max(piece.starts[k], piece.rests[k]))
+    for k in range(element.spans):
+        fastest = max(fastest, element.caps[k])
+        strongest = max(strongest, max(element.starts[k], element.rests[k]))
     fastest = min(fastest, v + 0.5 * strongest * state.cycle_time)
     if length >= fastest * state.cycle_time:
         return 1.0

@@ -1,11 +1,11 @@
-"""Points of a piece of the path, with their derivatives by the way along it.
+"""Points of an element of the path, with their derivatives by the way along it.
 
 Kernel source: compiled as it stands, see `achse.motion.path.compiled`.
 """
 
 from math import cos, sin, sqrt
 
-from achse.motion.path.record import AXES, KNOTS, MAIN_AXES, PathPiece, PathPlace, PieceKind
+from achse.motion.path.record import AXES, KNOTS, MAIN_AXES, ElementKind, PathElement, PathPlace
 
 _NODES = (
     -0.9061798459386640,
@@ -27,40 +27,40 @@ _STEPS = 8
 _TINY = 1e-15
 
 
-def point_at(piece: PathPiece, way: float, point: PathPlace) -> None:
-    """Put the point at a way (0..length) from the beginning of the piece into `point`."""
-    if piece.kind == PieceKind.CURVE:
-        curve_point(piece, _parameter(piece, way), point)
+def point_at(element: PathElement, way: float, point: PathPlace) -> None:
+    """Put the point at a way (0..length) from the beginning of the element into `point`."""
+    if element.kind == ElementKind.CURVE:
+        curve_point(element, _parameter(element, way), point)
         return
     for i in range(AXES):
-        point.position[i] = piece.begin[i] + piece.slope[i] * way
-        point.tangent[i] = piece.slope[i]
+        point.position[i] = element.begin[i] + element.slope[i] * way
+        point.tangent[i] = element.slope[i]
         point.bend[i] = 0.0
         point.twist[i] = 0.0
-    if piece.kind == PieceKind.ARC:
-        turn = piece.turn
+    if element.kind == ElementKind.ARC:
+        turn = element.turn
         c = cos(turn * way)
         s = sin(turn * way)
         for i in range(MAIN_AXES):
-            x = piece.first_radius[i]
-            y = piece.second_radius[i]
-            point.position[i] = piece.centre[i] + x * c + y * s + piece.slope[i] * way
-            point.tangent[i] = turn * (y * c - x * s) + piece.slope[i]
+            x = element.first_radius[i]
+            y = element.second_radius[i]
+            point.position[i] = element.centre[i] + x * c + y * s + element.slope[i] * way
+            point.tangent[i] = turn * (y * c - x * s) + element.slope[i]
             point.bend[i] = -turn * turn * (x * c + y * s)
             point.twist[i] = -turn * turn * turn * (y * c - x * s)
 
 
-def _speed(piece: PathPiece, u: float) -> float:
+def _speed(element: PathElement, u: float) -> float:
     """Way by parameter of a curve."""
     square = 0.0
     for i in range(MAIN_AXES):
-        d = _slope(piece, i, u)
+        d = _slope(element, i, u)
         square += d * d
     return sqrt(square)
 
 
-def _slope(piece: PathPiece, i: int, u: float) -> float:
-    c = piece.coefficients
+def _slope(element: PathElement, i: int, u: float) -> float:
+    c = element.coefficients
     d = 5.0 * c[5 * AXES + i]
     d = d * u + 4.0 * c[4 * AXES + i]
     d = d * u + 3.0 * c[3 * AXES + i]
@@ -68,50 +68,50 @@ def _slope(piece: PathPiece, i: int, u: float) -> float:
     return d * u + c[AXES + i]
 
 
-def _way_between(piece: PathPiece, u: float, v: float) -> float:
+def _way_between(element: PathElement, u: float, v: float) -> float:
     half = 0.5 * (v - u)
     middle = 0.5 * (u + v)
     total = 0.0
     for n in range(5):
-        total += _WEIGHTS[n] * _speed(piece, middle + half * _NODES[n])
+        total += _WEIGHTS[n] * _speed(element, middle + half * _NODES[n])
     return half * total
 
 
-def measure_curve(piece: PathPiece) -> None:
+def measure_curve(element: PathElement) -> None:
     """Fill in `ways` and `length` of a curve."""
     way = 0.0
-    piece.ways[0] = 0.0
+    element.ways[0] = 0.0
     for n in range(KNOTS - 1):
-        way += _way_between(piece, n / (KNOTS - 1.0), (n + 1) / (KNOTS - 1.0))
-        piece.ways[n + 1] = way
-    piece.length = way
+        way += _way_between(element, n / (KNOTS - 1.0), (n + 1) / (KNOTS - 1.0))
+        element.ways[n + 1] = way
+    element.length = way
 
 
-def _parameter(piece: PathPiece, way: float) -> float:
+def _parameter(element: PathElement, way: float) -> float:
     """Parameter of a curve at a way from its beginning."""
     if way <= 0.0:
         return 0.0
-    if way >= piece.length:
+    if way >= element.length:
         return 1.0
     n = 0
-    while n < KNOTS - 2 and piece.ways[n + 1] <= way:
+    while n < KNOTS - 2 and element.ways[n + 1] <= way:
         n += 1
     low = n / (KNOTS - 1.0)
     high = (n + 1) / (KNOTS - 1.0)
-    share = (way - piece.ways[n]) / (piece.ways[n + 1] - piece.ways[n])
+    share = (way - element.ways[n]) / (element.ways[n + 1] - element.ways[n])
     u = low + share * (high - low)
     for _ in range(_STEPS):
-        error = way - piece.ways[n] - _way_between(piece, low, u)
-        step = error / _speed(piece, u)
+        error = way - element.ways[n] - _way_between(element, low, u)
+        step = error / _speed(element, u)
         u = min(max(u + step, low), high)
         if abs(step) < _TINY:
             break
     return u
 
 
-def curve_point(piece: PathPiece, u: float, point: PathPlace) -> None:
+def curve_point(element: PathElement, u: float, point: PathPlace) -> None:
     """Put the point of a curve at a parameter, 0..1, into `point`."""
-    c = piece.coefficients
+    c = element.coefficients
     for i in range(AXES):
         c0, c1, c2 = c[i], c[AXES + i], c[2 * AXES + i]
         c3, c4, c5 = c[3 * AXES + i], c[4 * AXES + i], c[5 * AXES + i]

@@ -11,18 +11,18 @@ from collections.abc import Sequence
 
 from achse.motion.path.bounds import ENDLESS, span_feed
 from achse.motion.path.ramp import reachable
-from achse.motion.path.record import PathJunction, PathPiece, PathState, PieceKind
+from achse.motion.path.record import ElementKind, PathElement, PathJunction, PathState
 
 _ROUNDS = 8
 """Halvings of the velocities of a bend, to find the one from which it can be braked."""
 
 
-def piece_velocity(piece: PathPiece, k: int, state: PathState) -> float:
-    """Velocity that a part of the piece shall have: programmed, reduced, with the override."""
+def element_velocity(element: PathElement, k: int, state: PathState) -> float:
+    """Velocity that a part of the element shall have: programmed, reduced, with the override."""
     factor = min(state.override, state.most_override)
     if state.override_type == 1:  # original: the programmed velocity is meant
-        return min(factor * span_feed(piece, k), piece.caps[k])
-    return min(factor * min(span_feed(piece, k), piece.caps[k]), piece.caps[k])
+        return min(factor * span_feed(element, k), element.caps[k])
+    return min(factor * min(span_feed(element, k), element.caps[k]), element.caps[k])
 
 
 def junction_acceleration(junction: PathJunction, v: float) -> float:
@@ -49,10 +49,10 @@ def junction_jerk(junction: PathJunction, v: float) -> float:
 
 
 def build_junctions(
-    pieces: Sequence[PathPiece], junctions: Sequence[PathJunction], state: PathState
+    elements: Sequence[PathElement], junctions: Sequence[PathJunction], state: PathState
 ) -> None:
     """The junctions ahead, in the direction of travel."""
-    rows = len(pieces)
+    rows = len(elements)
     x = -state.way if state.backwards else state.way
     count = 0
     n = state.current
@@ -60,29 +60,29 @@ def build_junctions(
     end = state.oldest - 1 if state.backwards else state.following
     last = False
     while n != end and not last:
-        piece = pieces[n % rows]
+        element = elements[n % rows]
         if state.backwards:
             last = n + step == end
-            allowed = 0.0 if last else pieces[(n - 1) % rows].junction
+            allowed = 0.0 if last else elements[(n - 1) % rows].junction
         else:
             last = n + step == end or n == state.barrier
-            allowed = 0.0 if piece.stops or last else piece.junction
-        for m in range(piece.spans):
-            k = piece.spans - 1 - m if state.backwards else m
-            begin = piece.ends[k - 1] if k else 0.0
-            if begin >= piece.length and k:
+            allowed = 0.0 if element.stops or last else element.junction
+        for m in range(element.spans):
+            k = element.spans - 1 - m if state.backwards else m
+            begin = element.ends[k - 1] if k else 0.0
+            if begin >= element.length and k:
                 continue  # lost to a curve
             junction = junctions[count]
-            final = m == piece.spans - 1
+            final = m == element.spans - 1
             if state.backwards:
-                junction.at = -piece.first - begin
+                junction.at = -element.first - begin
             else:
-                final = final or piece.ends[k] >= piece.length
-                junction.at = piece.first + (piece.length if final else piece.ends[k])
+                final = final or element.ends[k] >= element.length
+                junction.at = element.first + (element.length if final else element.ends[k])
             if not final and junction.at <= x:
                 continue  # behind already
             junction.ends = 1 if final else 0
-            _fill(junction, piece, k, state)
+            _fill(junction, element, k, state)
             junction.limit = allowed if final else ENDLESS
             count += 1
             if final:
@@ -96,23 +96,23 @@ def build_junctions(
         _make_safe(junctions, state)
 
 
-def _fill(junction: PathJunction, piece: PathPiece, k: int, state: PathState) -> None:
+def _fill(junction: PathJunction, element: PathElement, k: int, state: PathState) -> None:
     """Fill the junction with the limits of the span before it."""
-    junction.waits = 1 if piece.kind == PieceKind.WAIT else 0
-    junction.velocity = piece_velocity(piece, k, state)
-    junction.cap = piece.caps[k]
+    junction.waits = 1 if element.kind == ElementKind.WAIT else 0
+    junction.velocity = element_velocity(element, k, state)
+    junction.cap = element.caps[k]
     if junction.waits:
         junction.cap = junction.velocity = ENDLESS
-    junction.start = piece.starts[k]
-    junction.acceleration = piece.accelerations[k]
-    junction.rest = piece.rests[k]
-    junction.deceleration = piece.decelerations[k]
-    junction.power = piece.powers[k]
-    junction.first_jerk = piece.first_jerks[k]
-    junction.jerk = piece.jerks[k]
-    junction.most_acceleration = piece.path_acceleration
-    junction.most_deceleration = piece.path_deceleration
-    junction.most_jerk = piece.path_jerk
+    junction.start = element.starts[k]
+    junction.acceleration = element.accelerations[k]
+    junction.rest = element.rests[k]
+    junction.deceleration = element.decelerations[k]
+    junction.power = element.powers[k]
+    junction.first_jerk = element.first_jerks[k]
+    junction.jerk = element.jerks[k]
+    junction.most_acceleration = element.path_acceleration
+    junction.most_deceleration = element.path_deceleration
+    junction.most_jerk = element.path_jerk
     if state.stop_deceleration > 0.0:
         junction.most_deceleration = max(junction.most_deceleration, state.stop_deceleration)
         junction.most_jerk = max(junction.most_jerk, state.stop_jerk)

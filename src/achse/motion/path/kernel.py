@@ -1,4 +1,4 @@
-"""The kernel of the path: append pieces, and one cycle along them.
+"""The kernel of the path: append elements, and one cycle along them.
 
 Kernel source: compiled as it stands, see `achse.motion.path.compiled`.
 """
@@ -15,11 +15,11 @@ from achse.motion.path.lookahead import move, rest_ahead, stop_at_end
 from achse.motion.path.record import (
     AXES,
     MAIN_AXES,
+    ElementKind,
     PathAxis,
+    PathElement,
     PathJunction,
-    PathPiece,
     PathState,
-    PieceKind,
 )
 from achse.motion.path.smoothing import Smoothing, round_corner
 
@@ -32,17 +32,17 @@ class PathOperation(IntEnum):
 
     CYCLE = 0
     APPEND = 1
-    """The piece in the row behind the next one."""
+    """The element in the row behind the next one."""
     APPEND_LINES = 2
     """Lines to points, one behind the other in `numbers`, as many axes as there are."""
     SHOW = 3
     """Only the results, for the state as it is."""
     STOP_AT_END = 4
-    """Single block: at which end of a segment, from piece `count` on, the path stops."""
+    """Single block: at which end of a segment, from element `count` on, the path stops."""
 
 
 class AppendOutcome(IntEnum):
-    """Outcome of appending a piece."""
+    """Outcome of appending an element."""
 
     FULL = -1
     NO_LENGTH = 0
@@ -50,7 +50,7 @@ class AppendOutcome(IntEnum):
 
 
 def run(
-    pieces: Sequence[PathPiece],
+    elements: Sequence[PathElement],
     junctions: Sequence[PathJunction],
     axes: Sequence[PathAxis],
     state: PathState,
@@ -60,113 +60,113 @@ def run(
 ) -> int:
     """One operation; `count` cycles, or points to append. How many were appended, or an outcome."""
     if operation == PathOperation.APPEND:
-        return _append(pieces, junctions, axes, state)
+        return _append(elements, junctions, axes, state)
     if operation == PathOperation.APPEND_LINES:
-        return _append_lines(count, pieces, junctions, axes, state, numbers)
+        return _append_lines(count, elements, junctions, axes, state, numbers)
     if operation == PathOperation.STOP_AT_END:
-        return 1 if stop_at_end(pieces, junctions, state, count) else 0
+        return 1 if stop_at_end(elements, junctions, state, count) else 0
     if operation == PathOperation.CYCLE:
         for _ in range(count):
-            _cycle(pieces, junctions, state)
-    _show(pieces, state)
+            _cycle(elements, junctions, state)
+    _show(elements, state)
     return 0
 
 
 def _cycle(
-    pieces: Sequence[PathPiece], junctions: Sequence[PathJunction], state: PathState
+    elements: Sequence[PathElement], junctions: Sequence[PathJunction], state: PathState
 ) -> None:
     if state.current == state.following:
         state.velocity = state.acceleration = 0.0
         state.arrived = 1
         return
     if not state.fresh:
-        build_junctions(pieces, junctions, state)
-    move(pieces, junctions, state, state.cycle_time)
+        build_junctions(elements, junctions, state)
+    move(elements, junctions, state, state.cycle_time)
     _forget(state)
 
 
 def _forget(state: PathState) -> None:
-    """Pieces far behind make room."""
+    """Elements far behind make room."""
     if not state.backwards:
         state.oldest = max(state.oldest, state.current - state.history)
 
 
 def _append_lines(
     count: int,
-    pieces: Sequence[PathPiece],
+    elements: Sequence[PathElement],
     junctions: Sequence[PathJunction],
     axes: Sequence[PathAxis],
     state: PathState,
     numbers: Sequence[float],
 ) -> int:
-    rows = len(pieces)
+    rows = len(elements)
     # numbers: feed, first block number, then the points
     used = state.axis_count
     for n in range(count):
-        piece = pieces[(state.following + 1) % rows]
-        piece.kind = PieceKind.LINE
-        piece.feed = piece.start_feed = numbers[0]
-        piece.block = int(numbers[1]) + n
-        piece.stops = 0
-        piece.wait = 0.0
+        element = elements[(state.following + 1) % rows]
+        element.kind = ElementKind.LINE
+        element.feed = element.start_feed = numbers[0]
+        element.block = int(numbers[1]) + n
+        element.stops = 0
+        element.wait = 0.0
         for i in range(used):
-            piece.end[i] = numbers[2 + n * used + i]
-        if _append(pieces, junctions, axes, state) == AppendOutcome.FULL:
+            element.end[i] = numbers[2 + n * used + i]
+        if _append(elements, junctions, axes, state) == AppendOutcome.FULL:
             return n
     return count
 
 
 def _append(
-    pieces: Sequence[PathPiece],
+    elements: Sequence[PathElement],
     junctions: Sequence[PathJunction],
     axes: Sequence[PathAxis],
     state: PathState,
 ) -> int:
-    """Append the piece that is in the row behind the next one."""
-    rows = len(pieces)
+    """Append the element that is in the row behind the next one."""
+    rows = len(elements)
     number = state.following
     if state.appended - state.passed_segments >= state.table or number - state.oldest > rows - 3:
         return AppendOutcome.FULL
-    piece = pieces[(number + 1) % rows]
-    before = pieces[(number - 1) % rows]
+    element = elements[(number + 1) % rows]
+    before = elements[(number - 1) % rows]
     known = number > state.oldest
     way = before.first + before.length if known else state.way
-    if piece.kind == PieceKind.LINE:
+    if element.kind == ElementKind.LINE:
         for i in range(AXES):
-            piece.begin[i] = before.end[i]
-        if not _straighten(piece):
-            if piece.stops and known:
+            element.begin[i] = before.end[i]
+        if not _straighten(element):
+            if element.stops and known:
                 before.stops = 1
                 state.fresh = 0
             return AppendOutcome.NO_LENGTH
-    piece.block_after = piece.block
-    piece.last = 1
-    piece.junction = 0.0
-    piece.whole = piece.length
-    if piece.kind == PieceKind.WAIT:
-        _to_row(piece, pieces[number % rows], way)
-        bound(pieces[number % rows], axes, state)
+    element.block_after = element.block
+    element.last = 1
+    element.junction = 0.0
+    element.whole = element.length
+    if element.kind == ElementKind.WAIT:
+        _to_row(element, elements[number % rows], way)
+        bound(elements[number % rows], axes, state)
         if state.keep_jerk and known:
-            keep_jerk(pieces, number - 1, pieces[number % rows], state)
+            keep_jerk(elements, number - 1, elements[number % rows], state)
         state.following = number + 1
         state.appended += 1
         state.fresh = 0
-        state.waiting = piece.wait if state.current == number else state.waiting
+        state.waiting = element.wait if state.current == number else state.waiting
         return AppendOutcome.APPENDED
-    bound(piece, axes, state)
+    bound(element, axes, state)
     lost = 0.0
-    joined = known and before.kind != PieceKind.WAIT and not before.stops
-    if joined and before.kind != PieceKind.CURVE and state.smoothing != Smoothing.OFF:
-        curve = pieces[number % rows]
-        lost = round_corner(before, curve, piece, state, _spare(pieces, junctions, state))
+    joined = known and before.kind != ElementKind.WAIT and not before.stops
+    if joined and before.kind != ElementKind.CURVE and state.smoothing != Smoothing.OFF:
+        curve = elements[number % rows]
+        lost = round_corner(before, curve, element, state, _spare(elements, junctions, state))
         if lost > 0.0:
             entry = feed_at(before, before.length - lost)
-            piece.start_feed += (piece.feed - piece.start_feed) * lost / piece.length
-            _shorten(before, piece, lost)
-            bound(piece, axes, state)
+            element.start_feed += (element.feed - element.start_feed) * lost / element.length
+            _shorten(before, element, lost)
+            bound(element, axes, state)
             curve.block = before.block
-            curve.block_after = piece.block
-            curve.feed = curve.start_feed = min(entry, piece.start_feed)
+            curve.block_after = element.block
+            curve.feed = curve.start_feed = min(entry, element.start_feed)
             curve.wait = 0.0
             curve.stops = 0
             curve.last = 0
@@ -175,18 +175,18 @@ def _append(
             bound(curve, axes, state)
             before.junction = transition(before, curve, axes, state)
             curve.bend_jump = 0.0
-            curve.junction = transition(curve, piece, axes, state)
+            curve.junction = transition(curve, element, axes, state)
             if state.keep_jerk:
-                keep_jerk(pieces, number - 1, curve, state)
-                keep_jerk(pieces, number, piece, state)
-            piece.first = curve.first + curve.length
+                keep_jerk(elements, number - 1, curve, state)
+                keep_jerk(elements, number, element, state)
+            element.first = curve.first + curve.length
             state.following = number + 2
     if lost <= 0.0:
         if joined:
-            before.junction = transition(before, piece, axes, state)
+            before.junction = transition(before, element, axes, state)
         if state.keep_jerk and known:
-            keep_jerk(pieces, number - 1, piece, state)
-        _to_row(piece, pieces[number % rows], way)
+            keep_jerk(elements, number - 1, element, state)
+        _to_row(element, elements[number % rows], way)
         state.following = number + 1
     state.appended += 1
     state.fresh = 0
@@ -194,59 +194,61 @@ def _append(
 
 
 def _spare(
-    pieces: Sequence[PathPiece], junctions: Sequence[PathJunction], state: PathState
+    elements: Sequence[PathElement], junctions: Sequence[PathJunction], state: PathState
 ) -> float:
-    """Return the length of the last piece that a rounded corner may still use."""
+    """Return the length of the last element that a rounded corner may still use."""
     if state.current == state.following:
         return 0.0
-    last = pieces[(state.following - 1) % len(pieces)]
+    last = elements[(state.following - 1) % len(elements)]
     room = last.first + last.length - max(state.way, last.first)
     if state.backwards:
         return room
     end = last.first + last.length
-    return min(room, end - state.way - rest_ahead(pieces, junctions, state, last.first - state.way))
+    return min(
+        room, end - state.way - rest_ahead(elements, junctions, state, last.first - state.way)
+    )
 
 
-def _straighten(piece: PathPiece) -> bool:
+def _straighten(element: PathElement) -> bool:
     """The line from its begin to its end; False if there is none.
 
     Its length is that in X, Y, Z; if only auxiliary axes move, theirs.
     """
     square = 0.0
     for i in range(MAIN_AXES):
-        d = piece.end[i] - piece.begin[i]
+        d = element.end[i] - element.begin[i]
         square += d * d
     if square <= _NO_LENGTH * _NO_LENGTH:
         square = 0.0
         for i in range(AXES):
-            d = piece.end[i] - piece.begin[i]
+            d = element.end[i] - element.begin[i]
             square += d * d
     if square <= _NO_LENGTH * _NO_LENGTH:
         return False
     length = sqrt(square)
-    piece.length = length
+    element.length = length
     for i in range(AXES):
-        piece.slope[i] = (piece.end[i] - piece.begin[i]) / length
+        element.slope[i] = (element.end[i] - element.begin[i]) / length
     return True
 
 
-def _shorten(before: PathPiece, piece: PathPiece, lost: float) -> None:
+def _shorten(before: PathElement, element: PathElement, lost: float) -> None:
     """Both neighbours of a curve lose a part."""
     before.length -= lost
-    piece.length -= lost
+    element.length -= lost
     for i in range(AXES):
-        piece.begin[i] += piece.slope[i] * lost
-    if piece.kind == PieceKind.ARC:
-        c, s = cos(piece.turn * lost), sin(piece.turn * lost)
+        element.begin[i] += element.slope[i] * lost
+    if element.kind == ElementKind.ARC:
+        c, s = cos(element.turn * lost), sin(element.turn * lost)
         for i in range(MAIN_AXES):
-            x, y = piece.first_radius[i], piece.second_radius[i]
-            piece.first_radius[i] = x * c + y * s
-            piece.second_radius[i] = y * c - x * s
-            piece.centre[i] += piece.slope[i] * lost
+            x, y = element.first_radius[i], element.second_radius[i]
+            element.first_radius[i] = x * c + y * s
+            element.second_radius[i] = y * c - x * s
+            element.centre[i] += element.slope[i] * lost
 
 
-def _to_row(source: PathPiece, row: PathPiece, way: float) -> None:
-    """The piece with all that lines, arcs and waits have, in another row."""
+def _to_row(source: PathElement, row: PathElement, way: float) -> None:
+    """The element with all that lines, arcs and waits have, in another row."""
     row.kind = source.kind
     row.block = source.block
     row.block_after = source.block_after
@@ -287,7 +289,7 @@ def _to_row(source: PathPiece, row: PathPiece, way: float) -> None:
         row.second_radius[i] = source.second_radius[i]
 
 
-def _show(pieces: Sequence[PathPiece], state: PathState) -> None:
+def _show(elements: Sequence[PathElement], state: PathState) -> None:
     """Set positions, velocities and accelerations of the axes."""
     point = state.point
     sign = -1.0 if state.backwards else 1.0
@@ -298,9 +300,9 @@ def _show(pieces: Sequence[PathPiece], state: PathState) -> None:
         number -= 1
         if number < state.oldest:
             return
-    piece = pieces[number % len(pieces)]
-    way = min(max(state.way - piece.first, 0.0), piece.length)
-    point_at(piece, way, point)
+    element = elements[number % len(elements)]
+    way = min(max(state.way - element.first, 0.0), element.length)
+    point_at(element, way, point)
     for i in range(state.axis_count):
         state.axis_velocity[i] = point.tangent[i] * v
         state.axis_acceleration[i] = point.tangent[i] * a + point.bend[i] * v * v

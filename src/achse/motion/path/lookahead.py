@@ -21,7 +21,7 @@ from achse.motion.path.junctions import (
     junction_jerk,
 )
 from achse.motion.path.ramp import ramp_after, stretch
-from achse.motion.path.record import PathJunction, PathPiece, PathState, PieceKind
+from achse.motion.path.record import ElementKind, PathElement, PathJunction, PathState
 from achse.motion.path.stop_profile import (
     NEAR,
     find_rest,
@@ -37,7 +37,7 @@ _CROSSINGS = 44
 _INSTANT = 1.0 / 1024.0
 """Part of a cycle: a way up that is shorter is not looked for, but from rest."""
 _SIMILAR = 0.5
-"""Pieces are taken together within a cycle if the next allows at least this part."""
+"""Elements are taken together within a cycle if the next allows at least this part."""
 _MOMENT = 1e-9
 """An acceleration that the jerk ends in this time, s, is none."""
 _ROUNDED = 1.0 - 1e-6
@@ -99,16 +99,16 @@ def _time_to(
 
 
 def _cross(
-    pieces: Sequence[PathPiece], junctions: Sequence[PathJunction], state: PathState, x: float
+    elements: Sequence[PathElement], junctions: Sequence[PathJunction], state: PathState, x: float
 ) -> float:
-    """Go on to the piece at x; x itself, which is that of a junction where the path ends."""
-    rows = len(pieces)
+    """Go on to the element at x; x itself, which is that of a junction where the path ends."""
+    rows = len(elements)
     while x >= junctions[state.junction].at - NEAR:
         junction = junctions[state.junction]
         if junction.limit <= 0.0 and (state.velocity > 0.0 or state.acceleration != 0.0):
             break  # its ramp ends in a moment
-        piece = pieces[state.current % rows]
-        if piece.kind == PieceKind.WAIT and state.waiting > 0.0:
+        element = elements[state.current % rows]
+        if element.kind == ElementKind.WAIT and state.waiting > 0.0:
             break
         if state.junction == state.junctions - 1:
             state.arrived = 1
@@ -118,30 +118,33 @@ def _cross(
             continue
         if state.backwards:
             state.current -= 1
-            if pieces[state.current % rows].last:
+            if elements[state.current % rows].last:
                 state.passed_segments -= 1
         else:
-            if piece.last:
+            if element.last:
                 state.passed_segments += 1
             state.current += 1
-            state.waiting = pieces[state.current % rows].wait
+            state.waiting = elements[state.current % rows].wait
     return x
 
 
 def move(
-    pieces: Sequence[PathPiece], junctions: Sequence[PathJunction], state: PathState, time: float
+    elements: Sequence[PathElement],
+    junctions: Sequence[PathJunction],
+    state: PathState,
+    time: float,
 ) -> None:
     """Move along the path for some time."""
-    rows = len(pieces)
+    rows = len(elements)
     sign = -1.0 if state.backwards else 1.0
     x = sign * state.way
     left = time
     state.arrived = 0
     for _ in range(_TURNS):
-        x = _cross(pieces, junctions, state, x)
+        x = _cross(elements, junctions, state, x)
         if state.arrived or left <= 0.0:
             break
-        if pieces[state.current % rows].kind == PieceKind.WAIT:
+        if elements[state.current % rows].kind == ElementKind.WAIT:
             if state.hold:
                 break
             waits = min(left, state.waiting)
@@ -165,7 +168,10 @@ def move(
 
 
 def rest_ahead(
-    pieces: Sequence[PathPiece], junctions: Sequence[PathJunction], state: PathState, room: float
+    elements: Sequence[PathElement],
+    junctions: Sequence[PathJunction],
+    state: PathState,
+    room: float,
 ) -> float:
     """Way from here on which the path surely can come to rest: at most `room`, or ENDLESS."""
     if state.velocity == 0.0 and state.acceleration == 0.0:
@@ -174,26 +180,26 @@ def rest_ahead(
         # behind the stopping trajectory, with what the known path allows at its weakest
         down = jerk = ENDLESS
         for n in range(state.current, state.following):
-            down = min(down, pieces[n % len(pieces)].deceleration)
-            jerk = min(jerk, pieces[n % len(pieces)].jerk)
+            down = min(down, elements[n % len(elements)].deceleration)
+            jerk = min(jerk, elements[n % len(elements)].jerk)
         way = state.out_at - state.way + stretch(state.out_speed, 0.0, 0.0, down, jerk)
         if way <= room:
             return way
     if not state.fresh:
-        build_junctions(pieces, junctions, state)
+        build_junctions(elements, junctions, state)
     return find_rest(junctions, state)
 
 
 def stop_at_end(
-    pieces: Sequence[PathPiece], junctions: Sequence[PathJunction], state: PathState, first: int
+    elements: Sequence[PathElement], junctions: Sequence[PathJunction], state: PathState, first: int
 ) -> bool:
-    """Single block: stop at the end of a segment, the first one, from piece `first` on, where the
+    """Single block: stop at the end of a segment, the first one, from element `first` on, where the
     path still can; False if there is none yet."""
     for n in range(first, state.following):
-        if not pieces[n % len(pieces)].last:
+        if not elements[n % len(elements)].last:
             continue
         state.barrier = n
-        build_junctions(pieces, junctions, state)
+        build_junctions(elements, junctions, state)
         v, a = state.velocity, state.acceleration
         if v == 0.0 and a == 0.0:
             return True
@@ -248,7 +254,7 @@ def _go_up(
     if v == 0.0 and a == 0.0 and aim <= 0.0:
         return x, left
     if v + 0.5 * a * abs(a) / jerk > aim:
-        # it brakes beyond this cycle: with what the pieces on the way allow
+        # it brakes beyond this cycle: with what the elements on the way allow
         weak_down, weak_jerk = down, jerk
         for _ in range(3):
             reach = max(reach, x + stretch(v, a, aim, weak_down, weak_jerk))

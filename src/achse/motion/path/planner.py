@@ -18,17 +18,17 @@ from achse.motion.path.ramp import stretch
 from achse.motion.path.record import (
     AXES,
     AXIS,
+    ELEMENT,
     JUNCTION,
     MAIN_AXES,
-    PIECE,
     POINT,
     SPANS,
     STATE,
-    PathPiece,
-    PieceKind,
+    ElementKind,
+    PathElement,
     axis_record,
+    element_record,
     junction_record,
-    piece_record,
     state_record,
 )
 from achse.motion.path.segments import PathArc, PathDwell, PathError, PathLine, PathSegment
@@ -58,7 +58,7 @@ def _view(layout: RecordLayout[Any]) -> type[RowView]:
     return type("PathRecord", (RowView,), fields)
 
 
-_PIECE, _JUNCTION, _AXIS, _STATE, _POINT = map(_view, (PIECE, JUNCTION, AXIS, STATE, POINT))
+_ELEMENT, _JUNCTION, _AXIS, _STATE, _POINT = map(_view, (ELEMENT, JUNCTION, AXIS, STATE, POINT))
 
 
 class PathPlanner:
@@ -94,30 +94,30 @@ class PathPlanner:
         self._run: Any
         self.state: Any
         self._point: Any
-        self._pieces: list[Any]
+        self._elements: list[Any]
         if compiled:
-            pieces, junctions = Rows(PIECE, rows), Rows(JUNCTION, rows * SPANS)
+            elements, junctions = Rows(ELEMENT, rows), Rows(JUNCTION, rows * SPANS)
             limits, states = Rows(AXIS, AXES), Rows(STATE, 1)
-            self._pieces = [_PIECE(pieces, n) for n in range(rows)]
+            self._elements = [_ELEMENT(elements, n) for n in range(rows)]
             self._axes: list[Any] = [_AXIS(limits, n) for n in range(AXES)]
             self.state = _STATE(states, 0)
             self._point = _POINT(states.within(0, STATE.fields["point"]), 0)
-            self._memory = pieces, junctions, limits, states
+            self._memory = elements, junctions, limits, states
             for name, slot in STATE.fields.items():
                 if slot.holds is None and slot.default and not slot.length:
                     setattr(self.state, name, slot.default)
             self._run = KERNEL.bind(
-                *(pieces.address, rows, junctions.address, rows * SPANS, limits.address, AXES),
+                *(elements.address, rows, junctions.address, rows * SPANS, limits.address, AXES),
                 *(states.address, *self._numbers.buffer_info()),
             )
         else:
-            self._pieces = [piece_record() for _ in range(rows)]
+            self._elements = [element_record() for _ in range(rows)]
             self._axes = [axis_record() for _ in range(AXES)]
             self.state = state_record()
             self._point = self.state.point
             junction_list = [junction_record() for _ in range(rows * SPANS)]
             plain = KERNEL.plain
-            arguments = self._pieces, junction_list, self._axes, self.state, self._numbers
+            arguments = self._elements, junction_list, self._axes, self.state, self._numbers
 
             def run(operation: int, count: int) -> int:
                 outcome: int = plain(*arguments, operation, count)
@@ -158,7 +158,7 @@ class PathPlanner:
     @property
     def programmed_position(self) -> tuple[float, ...]:
         """End of the last segment and begin of the next one, mm, each axis."""
-        last = self._pieces[(self.state.following - 1) % len(self._pieces)]
+        last = self._elements[(self.state.following - 1) % len(self._elements)]
         return tuple(last.end[: self.state.axis_count])
 
     def append(self, segment: PathSegment) -> bool:
@@ -167,14 +167,14 @@ class PathPlanner:
         PathTableFull if it does not fit; PathError if a value cannot be.
         """
         state = self.state
-        row = self._pieces[(state.following + 1) % len(self._pieces)]
+        row = self._elements[(state.following + 1) % len(self._elements)]
         start = self.programmed_position
         row.block, row.stops, row.wait = segment.block, 0, 0.0
         row.length = 0.0
         if isinstance(segment, PathDwell):
             if not (isfinite(segment.time) and segment.time >= 0.0):
                 raise PathError(f"dwell time {segment.time}, expected 0 or more")
-            row.kind, row.wait = int(PieceKind.WAIT), float(segment.time)
+            row.kind, row.wait = int(ElementKind.WAIT), float(segment.time)
             row.feed = row.start_feed = 0.0
             self._put(row.begin, start)
             self._put(row.end, start)
@@ -188,7 +188,7 @@ class PathPlanner:
             row.stops = int(segment.exact_stop)
             if isinstance(segment, PathLine):
                 self._check(segment.end, len(start), "line")
-                row.kind = int(PieceKind.LINE)
+                row.kind = int(ElementKind.LINE)
                 self._put(row.end, segment.end)
             else:
                 self._put_arc(row, segment, start)
@@ -236,7 +236,7 @@ class PathPlanner:
         auxiliary = arc.auxiliary or start[MAIN_AXES:]
         self._check(auxiliary, len(start) - MAIN_AXES, "arc, auxiliary axes")
         steps = [to - begin for begin, to in zip(start[MAIN_AXES:], auxiliary, strict=True)]
-        row.kind, row.length, row.turn = int(PieceKind.ARC), length, shape.angle / length
+        row.kind, row.length, row.turn = int(ElementKind.ARC), length, shape.angle / length
         self._put(row.begin, (*shape.start, *start[MAIN_AXES:]))
         self._put(row.end, (*shape.end, *auxiliary))
         self._put(row.slope, [step / length for step in (*shape.rise, *steps)])
@@ -302,70 +302,72 @@ class PathPlanner:
     @property
     def block(self) -> int:
         """Block number of the present segment; 0 without one."""
-        piece = self.piece
-        if piece is None:
+        element = self.element
+        if element is None:
             return 0
-        half = self.state.way - piece.first > 0.5 * piece.length
-        return int(piece.block_after if half else piece.block)
+        half = self.state.way - element.first > 0.5 * element.length
+        return int(element.block_after if half else element.block)
 
     @property
     def done(self) -> float:
-        """Way since the beginning of the present piece, mm."""
-        piece = self.piece
-        return 0.0 if piece is None else float(self.state.way - piece.first)
+        """Way since the beginning of the present element, mm."""
+        element = self.element
+        return 0.0 if element is None else float(self.state.way - element.first)
 
     @property
     def remaining(self) -> float:
-        """Way to the end of the present piece, mm."""
-        piece = self.piece
-        return 0.0 if piece is None else float(piece.first + piece.length - self.state.way)
+        """Way to the end of the present element, mm."""
+        element = self.element
+        return 0.0 if element is None else float(element.first + element.length - self.state.way)
 
     @property
     def total_remaining(self) -> float:
         """Way to the end of the path, mm."""
         if self.state.following == self.state.oldest:
             return 0.0
-        last = self._pieces[(self.state.following - 1) % len(self._pieces)]
+        last = self._elements[(self.state.following - 1) % len(self._elements)]
         return float(last.first + last.length - self.state.way)
 
     @property
     def programmed_velocity(self) -> float:
         """Feed of the present segment, mm/s; where it changes evenly, that of this place."""
-        piece = self.piece
-        return 0.0 if piece is None else float(feed_at(piece, self.done))
+        element = self.element
+        return 0.0 if element is None else float(feed_at(element, self.done))
 
     @property
-    def piece(self) -> PathPiece | None:
-        """The present piece, to read; None before the first segment."""
+    def element(self) -> PathElement | None:
+        """The present element, to read; None before the first segment."""
         state = self.state
         if state.following == state.oldest:
             return None
-        row: PathPiece = self._pieces[min(state.current, state.following - 1) % len(self._pieces)]
+        row: PathElement = self._elements[
+            min(state.current, state.following - 1) % len(self._elements)
+        ]
         return row
 
     @property
     def most_velocity(self) -> float:
-        """Velocity that feed and axes permit on the present piece, mm/s; 0 without a piece."""
-        piece = self.piece
+        """Velocity that feed and axes permit on the present element, mm/s; 0 without an element."""
+        element = self.element
         return (
             0.0
-            if piece is None
-            else float(min(max(piece.start_feed, piece.feed), *piece.caps[: piece.spans]))
+            if element is None
+            else float(min(max(element.start_feed, element.feed), *element.caps[: element.spans]))
         )
 
     @property
     def end_velocity(self) -> float:
-        """Velocity that the transition at the end of the present piece permits, mm/s."""
-        piece = self.piece
-        return 0.0 if piece is None else float(piece.junction)
+        """Velocity that the transition at the end of the present element permits, mm/s."""
+        element = self.element
+        return 0.0 if element is None else float(element.junction)
 
     @property
     def stop_way(self) -> float:
-        """Way on which the path would come to rest with what this piece allows, mm."""
-        piece, state = self.piece, self.state
-        if piece is None or state.velocity == 0.0:
+        """Way on which the path would come to rest with what this element allows, mm."""
+        element, state = self.element, self.state
+        if element is None or state.velocity == 0.0:
             return 0.0
-        return stretch(state.velocity, state.acceleration, 0.0, piece.deceleration, piece.jerk)
+        return stretch(state.velocity, state.acceleration, 0.0, element.deceleration, element.jerk)
 
     @property
     def tangent(self) -> tuple[float, ...]:
@@ -378,8 +380,8 @@ class PathPlanner:
         barrier = self.state.barrier
         if barrier < 0 or not self.standstill:
             return False
-        piece = self._pieces[barrier % len(self._pieces)]
-        return bool(abs(piece.first + piece.length - self.state.way) < _NEAR)
+        element = self._elements[barrier % len(self._elements)]
+        return bool(abs(element.first + element.length - self.state.way) < _NEAR)
 
     @property
     def limits(self) -> tuple[PathLimits, ...]:
@@ -457,7 +459,7 @@ class PathPlanner:
         state = self.state
         if not state.backwards or not self.standstill:
             return False
-        first = self._pieces[state.oldest % len(self._pieces)]
+        first = self._elements[state.oldest % len(self._elements)]
         return bool(state.current <= state.oldest and state.way - first.first < _NEAR)
 
     @property
@@ -466,7 +468,7 @@ class PathPlanner:
         state = self.state
         if state.following == state.oldest:
             return 0
-        return int(self._pieces[state.oldest % len(self._pieces)].block)
+        return int(self._elements[state.oldest % len(self._elements)].block)
 
     def ahead(self, most: int) -> list[tuple[int, float]]:
         """Block number and length of the present segment and of those behind it, `most` at most.
@@ -475,17 +477,17 @@ class PathPlanner:
         """
         state, found = self.state, list[tuple[int, float]]()
         for n in range(state.current, state.following):
-            piece = self._pieces[n % len(self._pieces)]
-            if piece.kind == PieceKind.WAIT:
+            element = self._elements[n % len(self._elements)]
+            if element.kind == ElementKind.WAIT:
                 continue
-            done = max(0.0, state.way - piece.first) if n == state.current else 0.0
-            left = max(0.0, piece.length - done)
-            if found and found[-1][0] == piece.block:
-                found[-1] = (piece.block, found[-1][1] + left)
+            done = max(0.0, state.way - element.first) if n == state.current else 0.0
+            left = max(0.0, element.length - done)
+            if found and found[-1][0] == element.block:
+                found[-1] = (element.block, found[-1][1] + left)
             elif len(found) == most:
                 break
             else:
-                found.append((int(piece.block), left))
+                found.append((int(element.block), left))
         return found
 
     def delete_distance_to_go(self) -> None:
@@ -511,7 +513,7 @@ class PathPlanner:
         ):
             setattr(state, name, 0.0)
         state.barrier = -1
-        self._put(self._pieces[-1].end, position)
+        self._put(self._elements[-1].end, position)
         self._put(self._point.position, position)
         self._put(state.axis_velocity, ())
         self._put(state.axis_acceleration, ())
@@ -551,5 +553,5 @@ class PathPlanner:
         self.state.fresh = 0
 
     def _stop_at_end(self, first: int) -> None:
-        """Stop at the first end of a segment, from a piece on, where the path still can."""
+        """Stop at the first end of a segment, from an element on, where the path still can."""
         self._run(PathOperation.STOP_AT_END, first)

@@ -1,7 +1,7 @@
-"""Records of the path planner: pieces of the path, junctions ahead, its state. Units: mm, s.
+"""Records of the path planner: elements of the path, junctions ahead, its state. Units: mm, s.
 
-A piece is what the path has between two transitions: a line, an arc (helix), a curve that rounds a
-corner, a point to wait at. A junction is a transition ahead with what it allows. `AXES` values
+An element is what the path has between two transitions: a line, an arc (helix), a curve that rounds
+a corner, a point to wait at. A junction is a transition ahead with what it allows. `AXES` values
 belong to X, Y, Z and the auxiliary axes Q1..Q5; the length of a path is measured in X, Y, Z.
 """
 
@@ -20,14 +20,14 @@ KNOTS = 33
 """Places of a curve whose way from its beginning is known."""
 
 SPANS = 32
-"""Parts of a bent piece, each with bounds of its own."""
+"""Parts of a bent element, each with bounds of its own."""
 
 _NO_AXES = [0.0] * AXES
 _NO_SPANS = [0.0] * SPANS
 
 
-class PieceKind(IntEnum):
-    """Kind of a piece."""
+class ElementKind(IntEnum):
+    """Kind of an element."""
 
     LINE = 0
     ARC = 1
@@ -52,8 +52,8 @@ class PathPlace:
 POINT = lay_out("PathPlace", [PathPlace], Slot)
 
 
-class PathPiece:
-    """One piece of the path."""
+class PathElement:
+    """One element of the path."""
 
     kind: int = 0
     block: int = 0
@@ -61,7 +61,7 @@ class PathPiece:
     block_after: int = 0
     """Of a curve: the block it belongs to in its second half; else as `block`."""
     last: int = 0
-    """1: the last piece of its segment."""
+    """1: the last element of its segment."""
     stops: int = 0
     """1: exact stop at its end."""
     first: float = 0.0
@@ -78,7 +78,7 @@ class PathPiece:
     spans: int = 0
     """Parts that have bounds of their own."""
     ends: list[float] = _NO_SPANS
-    """Way from the beginning of the piece to the end of each."""
+    """Way from the beginning of the element to the end of each."""
     caps: list[float] = _NO_SPANS
     """Velocity that the feed and the limits of the axes allow."""
     starts: list[float] = _NO_SPANS
@@ -103,7 +103,7 @@ class PathPiece:
     """The least of all parts."""
     jerk: float = 0.0
     junction: float = 0.0
-    """Velocity that the transition at its end allows; of the last piece 0."""
+    """Velocity that the transition at its end allows; of the last element 0."""
     bend_jump: float = 0.0
     """With `keep_jerk`, for the jump of curvature at its end: its share of what may jump in a cycle
     by squared velocity, s²/mm²; else 0."""
@@ -126,7 +126,7 @@ class PathPiece:
     """Curve: way from its beginning at 0, 1/32, …, 1."""
 
 
-PIECE = lay_out("PathPiece", [PathPiece], Slot)
+ELEMENT = lay_out("PathElement", [PathElement], Slot)
 
 
 class PathJunction:
@@ -137,16 +137,16 @@ class PathJunction:
     limit: float = 0.0
     """Velocity allowed there and behind it."""
     safe: float = 0.0
-    """Velocity, at acceleration 0, from which all junctions behind it are kept piece by piece."""
+    """Velocity, at acceleration 0, from which all junctions behind it are kept span by span."""
     wanted_limit: float = 0.0
     """As `limit`, with the override."""
     wanted_safe: float = 0.0
     ends: int = 0
-    """1: the piece ends there."""
+    """1: the element ends there."""
     waits: int = 0
-    """1: the piece is a dwell time."""
+    """1: the element is a dwell time."""
     velocity: float = 0.0
-    """Wanted velocity of the span before the junction; its bounds follow, as in the piece."""
+    """Wanted velocity of the span before the junction; its bounds follow, as in the element."""
     cap: float = 0.0
     start: float = 0.0
     acceleration: float = 0.0
@@ -183,14 +183,14 @@ AXIS = lay_out("PathAxis", [PathAxis], Slot)
 class PathState:
     """State of the path: its place, its commands, and the values of the cycle."""
 
-    # pieces count from 0 on, piece n is in row n % rows
+    # elements count from 0 on, element n is in row n % rows
     oldest: int = 0
-    """First piece that is still there: as far as the path can go back."""
+    """First element that is still there: as far as the path can go back."""
     current: int = 0
     following: int = 0
-    """The piece that comes next when one is appended."""
+    """The element that comes next when one is appended."""
     history: int = 0
-    """Pieces that stay behind the current one."""
+    """Elements that stay behind the current one."""
     table: int = 0
     """Segments that may wait or be under way."""
     appended: int = 0
@@ -216,7 +216,7 @@ class PathState:
     """Emergency stop: its dynamics; 0 those of the path."""
     stop_jerk: float = 0.0
     barrier: int = -1
-    """Single block: the path stops at the end of this piece; -1 none."""
+    """Single block: the path stops at the end of this element; -1 none."""
     override: float = 1.0
     override_type: int = 0
     most_override: float = 1.0
@@ -245,7 +245,7 @@ class PathState:
     junction: int = 0
     """The next junction."""
     fresh: int = 0
-    """1: the junctions are those of the pieces."""
+    """1: the junctions are those of the elements."""
     slower: int = 0
     """1: somewhere less is wanted than the junctions allow."""
 
@@ -280,5 +280,5 @@ STATE = lay_out("PathState", [PathState], Slot)
 
 axis_record = plain_record(AXIS)
 junction_record = plain_record(JUNCTION)
-piece_record = plain_record(PIECE)
+element_record = plain_record(ELEMENT)
 state_record = plain_record(STATE)

@@ -12,7 +12,7 @@ from math import pi, sin, sqrt
 
 from achse.motion.path.corners import angle_between
 from achse.motion.path.geometry import measure_curve, point_at
-from achse.motion.path.record import AXES, MAIN_AXES, PathPiece, PathState, PieceKind
+from achse.motion.path.record import AXES, MAIN_AXES, ElementKind, PathElement, PathState
 
 _LEAST_ANGLE = 1e-6
 _MOST_ANGLE = pi - 0.02
@@ -66,41 +66,45 @@ def smoothing_radius(
 
 
 def round_corner(
-    piece: PathPiece, curve: PathPiece, following: PathPiece, state: PathState, room: float
+    element: PathElement, curve: PathElement, following: PathElement, state: PathState, room: float
 ) -> float:
-    """Fill in the geometry of the curve between two pieces; 0 or what they lose to it, mm.
+    """Fill in the geometry of the curve between two elements; 0 or what they lose to it, mm.
 
-    `room` is how much the first of them may lose. The pieces themselves stay as they are.
+    `room` is how much the first of them may lose. The elements themselves stay as they are.
     """
     kind = state.smoothing
     a, b = state.before, state.after
-    point_at(piece, piece.length, a)
+    point_at(element, element.length, a)
     point_at(following, 0.0, b)
     angle = angle_between(a, b)
     if kind == Smoothing.OFF or angle < _LEAST_ANGLE or angle > _MOST_ANGLE:
         return 0.0
-    lines = piece.kind == PieceKind.LINE and following.kind == PieceKind.LINE
+    lines = element.kind == ElementKind.LINE and following.kind == ElementKind.LINE
     if kind == Smoothing.PARABOLA and not lines:
         return 0.0
     radius = smoothing_radius(
-        kind, state.smoothing_subtype, state.smoothing_radius, angle, piece.whole, following.whole
+        kind, state.smoothing_subtype, state.smoothing_radius, angle, element.whole, following.whole
     )
     radius = min(radius, room)
     for _ in range(_TRIES):
         if radius < _LEAST_RADIUS:
             return 0.0
-        _draw(piece, curve, following, state, radius)
+        _draw(element, curve, following, state, radius)
         if state.smoothing_subtype != SmoothingSubtype.DISTANCE or lines:
             return radius
         # beside an arc the distance of the printed formula is not exact
-        if _deviation(piece, curve, following, state, radius) <= state.smoothing_radius * _WITHIN:
+        if _deviation(element, curve, following, state, radius) <= state.smoothing_radius * _WITHIN:
             return radius
         radius *= _LESS
     return 0.0
 
 
 def _deviation(
-    piece: PathPiece, curve: PathPiece, following: PathPiece, state: PathState, radius: float
+    element: PathElement,
+    curve: PathElement,
+    following: PathElement,
+    state: PathState,
+    radius: float,
 ) -> float:
     """Return the largest distance of the curve from the places that it replaces."""
     a, b = state.before, state.after
@@ -109,7 +113,7 @@ def _deviation(
         point_at(curve, curve.length * n / _PLACES, a)
         way = 2.0 * radius * n / _PLACES
         if way < radius:
-            point_at(piece, piece.length - radius + way, b)
+            point_at(element, element.length - radius + way, b)
         else:
             point_at(following, way - radius, b)
         square = 0.0
@@ -121,12 +125,16 @@ def _deviation(
 
 
 def _draw(
-    piece: PathPiece, curve: PathPiece, following: PathPiece, state: PathState, radius: float
+    element: PathElement,
+    curve: PathElement,
+    following: PathElement,
+    state: PathState,
+    radius: float,
 ) -> None:
     """Fill in the curve that begins and ends at this distance from the corner."""
     kind = state.smoothing
     a, b = state.before, state.after
-    point_at(piece, piece.length - radius, a)
+    point_at(element, element.length - radius, a)
     point_at(following, radius, b)
     c = curve.coefficients
     for i in range(AXES):
@@ -156,13 +164,13 @@ def _draw(
         curve.begin[i] = p0
         curve.end[i] = p1
         curve.slope[i] = 0.0
-    curve.kind = PieceKind.CURVE
+    curve.kind = ElementKind.CURVE
     curve.turn = 0.0
     measure_curve(curve)
     curve.whole = curve.length
 
 
-def _powers_of_2(curve: PathPiece, i: int, p0: float, p1: float, p2: float) -> None:
+def _powers_of_2(curve: PathElement, i: int, p0: float, p1: float, p2: float) -> None:
     c = curve.coefficients
     c[i] = p0
     c[AXES + i] = 2.0 * (p1 - p0)
@@ -173,7 +181,7 @@ def _powers_of_2(curve: PathPiece, i: int, p0: float, p1: float, p2: float) -> N
 
 
 def _powers_of_4(
-    curve: PathPiece, i: int, p0: float, p1: float, p2: float, p3: float, p4: float
+    curve: PathElement, i: int, p0: float, p1: float, p2: float, p3: float, p4: float
 ) -> None:
     c = curve.coefficients
     c[i] = p0
@@ -184,7 +192,7 @@ def _powers_of_4(
     c[5 * AXES + i] = 0.0
 
 
-def _powers_of_5(curve: PathPiece, i: int, p0: float, p1: float, p2: float, p5: float) -> None:
+def _powers_of_5(curve: PathElement, i: int, p0: float, p1: float, p2: float, p5: float) -> None:
     """The shares of four control points of six."""
     c = curve.coefficients
     c[i] = p0
@@ -195,7 +203,7 @@ def _powers_of_5(curve: PathPiece, i: int, p0: float, p1: float, p2: float, p5: 
     c[5 * AXES + i] = p5 - p0 + 5.0 * p1 - 10.0 * p2
 
 
-def _add_to_5(curve: PathPiece, i: int, p3: float, p4: float) -> None:
+def _add_to_5(curve: PathElement, i: int, p3: float, p4: float) -> None:
     """The shares of the other two."""
     c = curve.coefficients
     c[3 * AXES + i] += 10.0 * p3
