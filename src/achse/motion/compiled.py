@@ -39,7 +39,7 @@ KERNEL = Kernel(
         Sensor: SENSOR,
         Amplifier: AMPLIFIER,
         Machine: MACHINE,
-        curves.Piece: curves.LAYOUT,
+        curves.CurveSpan: curves.LAYOUT,
     },
 )
 """Called with address and number of all rows (`NcRows`), of sensors and of amplifiers, the cycle

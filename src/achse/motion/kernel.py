@@ -234,11 +234,11 @@ def _put_out(ax: AxisFields, rows: NcRows, dt: float) -> None:
         run_stepper(ax, dt)
         put_out_bytes(ax)
     else:
-        put_out(ax, rows.pieces, dt)
+        put_out(ax, rows.curve_spans, dt)
 
 
 def _put_out_fast(ax: AxisFields, rows: NcRows, dt: float) -> None:
-    put_out(ax, rows.pieces, dt, fast=True)
+    put_out(ax, rows.curve_spans, dt, fast=True)
 
 
 def _show_state(ax: AxisFields, rows: NcRows, dt: float) -> None:
@@ -352,4 +352,4 @@ def cycles(rows: NcRows, hardware: HardwareRows, dt: float, count: int) -> None:
             cycle(ax, rows, dt)
             if ax.encoder_count > 1:
                 _follow_others(ax, rows, dt)
-            carry_out(machine, hardware, rows.pieces, dt)
+            carry_out(machine, hardware, rows.curve_spans, dt)

@@ -331,20 +331,20 @@ class Nc:
 
     def _load_curves(self) -> None:
         """Let the kernel read the curves as they are now."""
-        pieces = self.tables.characteristics.pieces
+        spans = self.tables.characteristics.spans
         records, encoders = self._records.arguments, self._encoders.arguments
         hardware = self._hardware
         if not self.compiled:
             rows = NcRows(
                 *(records[0], encoders[0], self._order.rows),
-                *(pieces, self.tables.cams.numbers),
+                *(spans, self.tables.cams.numbers),
             )
             self.kernel_arguments = (rows, hardware.rows, self._dt)
             self._cycles = partial(KERNEL.plain, *self.kernel_arguments)
             return
-        self._curves = Rows(curves.LAYOUT, len(pieces))
-        for index, piece in enumerate(pieces):
-            self._curves.row(index)[:] = pack(curves.LAYOUT, piece)
+        self._curves = Rows(curves.LAYOUT, len(spans))
+        for index, span in enumerate(spans):
+            self._curves.row(index)[:] = pack(curves.LAYOUT, span)
         self.kernel_arguments = (
             *(*records, *encoders, *self._order.arguments),
             *(self._curves.address, self._curves.count),

@@ -8,7 +8,7 @@ one reads of another that had its turn before is of this cycle.
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from achse.motion.control.curves import Piece
+from achse.motion.control.curves import CurveSpan
 from achse.motion.record import AxisFields, EncoderFields
 
 
@@ -20,7 +20,7 @@ class NcRows:
     encoders: Sequence[EncoderFields]
     order: Sequence[int]
     """Rows of axes in the order of their turns (`achse.motion.order`)."""
-    pieces: Sequence[Piece]
-    """Pieces of all curves."""
+    curve_spans: Sequence[CurveSpan]
+    """Spans of all curves."""
     cams: Sequence[float]
     """Numbers of the tables that slaves follow (`achse.motion.tables.memory`)."""

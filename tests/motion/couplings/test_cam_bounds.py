@@ -29,11 +29,11 @@ from achse.motion.record import CAM, CAM_LAW, LAYOUT
 from achse.motion.rows import NcRows
 from achse.motion.setpoints.limits import TOLERANCE
 from achse.motion.states import CamActivation, CamScaling
-from achse.motion.tables.memory import BEGIN, COUNT, CYCLIC, HEADER, PERIOD, PIECE, STROKE
+from achse.motion.tables.memory import BEGIN, COUNT, CYCLIC, HEADER, PERIOD, SPAN, STROKE
 from achse.native.declare import pack
 
 FIRST = 8
-SECOND = FIRST + HEADER + 2 * PIECE
+SECOND = FIRST + HEADER + 2 * SPAN
 """Where the cams are in memory."""
 
 LEAD = 7.0
@@ -45,7 +45,7 @@ OFFSET, SCALING = 8.0, 2.0
 
 def rows(*, cyclic: bool) -> NcRows:
     """Cams from 10 to 110 and from 20 to 220; they rise by 1/2 in straight lines."""
-    numbers = array("d", [0.0] * (SECOND + HEADER + 2 * PIECE))
+    numbers = array("d", [0.0] * (SECOND + HEADER + 2 * SPAN))
     for field, value in ((COUNT, 2.0), (BEGIN, 10.0), (PERIOD, 100.0), (STROKE, 50.0)):
         numbers[FIRST + field] = value
     numbers[FIRST + CYCLIC] = float(cyclic)

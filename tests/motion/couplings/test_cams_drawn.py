@@ -19,7 +19,7 @@ from achse.motion.commands import CamDemand
 from achse.motion.setpoints.dynamics import fastest
 from achse.motion.states import CamActivation, CamInterpolation, CamScaling, SlaveType
 from achse.motion.tables import TableError
-from achse.motion.tables.memory import COUNT, HEADER, PIECE
+from achse.motion.tables.memory import COUNT, HEADER, SPAN
 
 VALUES = {
     "control_dword": 7,
@@ -235,9 +235,9 @@ def _bounds(nc: Nc, interpolation: int) -> tuple[float, float]:
     numbers, first = nc.tables.cams.numbers, nc.tables.cam(7, interpolation)
     slope = bend = 0.0
     for n in range(int(numbers[first + COUNT]) - 1):
-        at = first + HEADER + PIECE * n
-        _, _, begin, square, cube = numbers[at : at + PIECE]
-        way = numbers[at + PIECE] - numbers[at]
+        at = first + HEADER + SPAN * n
+        _, _, begin, square, cube = numbers[at : at + SPAN]
+        way = numbers[at + SPAN] - numbers[at]
         bends = 2.0 * square, 2.0 * square + 6.0 * cube * way
         slope = max(slope, abs(begin) + way * max(map(abs, bends)))
         bend = max(bend, *map(abs, bends))

@@ -10,7 +10,7 @@ from achse.codes.nc.choices import TableSubType, TableType
 from achse.motion.states import CamInterpolation
 from achse.motion.tables import Table
 from achse.motion.tables.block import LEAST_ROWS, block_size, write_block
-from achse.motion.tables.memory import BEGIN, COUNT, CYCLIC, HEADER, PERIOD, PIECE, STEP, STROKE
+from achse.motion.tables.memory import BEGIN, COUNT, CYCLIC, HEADER, PERIOD, SPAN, STEP, STROKE
 
 
 def table_of(places: list[float], values: list[float], *, equidistant: bool) -> Table:
@@ -31,7 +31,7 @@ def test_the_header_says_what_the_table_is() -> None:
     numbers = block_of(table_of([10.0, 20.0, 30.0], [0.0, 5.0, 8.0], equidistant=True), 0, 3)
     header = {name: numbers[3 + name] for name in (COUNT, BEGIN, PERIOD, STROKE, CYCLIC, STEP)}
     assert header == {COUNT: 3, BEGIN: 10.0, PERIOD: 20.0, STROKE: 8.0, CYCLIC: 0.0, STEP: 10.0}
-    assert len(numbers) == 3 + HEADER + 3 * PIECE + 1
+    assert len(numbers) == 3 + HEADER + 3 * SPAN + 1
 
 
 @given(

@@ -9,7 +9,7 @@ import pytest
 from scipy.interpolate import CubicHermiteSpline, CubicSpline
 
 from achse.motion.tables.joining import JOINING, Boundary, join
-from achse.motion.tables.memory import BEGIN, COUNT, HEADER, PERIOD, PIECE, CamMemory, cam_values
+from achse.motion.tables.memory import BEGIN, COUNT, HEADER, PERIOD, SPAN, CamMemory, cam_values
 
 LINES, FOUR_ROWS, SPLINE, LOCAL = range(4)
 PLACES = [0.0, 90.0, 180.0, 270.0, 360.0]
@@ -26,7 +26,7 @@ def block(
     compiled: bool = False,
 ) -> tuple[CamMemory, int]:
     memory, count = CamMemory(), len(places)
-    first = memory.take(HEADER + PIECE * count)
+    first = memory.take(HEADER + SPAN * count)
     memory.numbers[first + COUNT] = count
     memory.numbers[first + BEGIN] = places[0]
     memory.numbers[first + PERIOD] = places[-1] - places[0]

@@ -1,4 +1,4 @@
-"""Cams in memory: pieces are found at any place, blocks come and go."""
+"""Cams in memory: spans are found at any place, blocks come and go."""
 
 import random
 from array import array
@@ -14,8 +14,8 @@ from achse.motion.tables.memory import (
     FORM,
     HEADER,
     PERIOD,
-    PIECE,
     RATE,
+    SPAN,
     STEP,
     STROKE,
     CamMemory,
@@ -26,16 +26,16 @@ from achse.motion.tables.memory import (
 
 def cam(memory: CamMemory, places: list[float], step: float = 0.0) -> int:
     """Straight lines of slope 2."""
-    first = memory.take(HEADER + PIECE * len(places))
+    first = memory.take(HEADER + SPAN * len(places))
     memory.numbers[first : first + HEADER] = array("d", [0.0] * HEADER)
     memory.numbers[first + COUNT] = len(places)
     memory.numbers[first + 2] = places[0]
     memory.numbers[first + STEP] = step
     memory.numbers[first + RATE] = 1.0 / step if step else 0.0
     for n, place in enumerate(places):
-        at = first + HEADER + PIECE * n
+        at = first + HEADER + SPAN * n
         slope = 2.0 if n < len(places) - 1 else 0.0
-        memory.numbers[at : at + PIECE] = array("d", [place, 2.0 * place, slope, 0.0, 0.0])
+        memory.numbers[at : at + SPAN] = array("d", [place, 2.0 * place, slope, 0.0, 0.0])
     return first
 
 
@@ -60,7 +60,7 @@ def test_the_row_is_found_from_anywhere(seed: int) -> None:
 def test_row_beyond_the_table_is_no_place_to_look_first() -> None:
     memory = CamMemory()
     first = cam(memory, [0.0, 1.0, 3.0])
-    end = first + HEADER + 3 * PIECE
+    end = first + HEADER + 3 * SPAN
     for near in (-1, 3, 1 << 40):
         assert row_at(memory.numbers[:end], first, near, 2.0) == 1
 
@@ -100,7 +100,7 @@ def test_row_is_found_beside_the_one_before(near: int, place: float, row: int, r
     """Reads of places: of the row before, of its neighbours, and only then of halves."""
     memory = CamMemory()
     first = cam(memory, [0.0, 1.0, 3.0, 6.0, 10.0])
-    numbers = Counted(memory.numbers[: first + HEADER + 5 * PIECE])
+    numbers = Counted(memory.numbers[: first + HEADER + 5 * SPAN])
     assert row_at(numbers, first, near, place) == row
     assert numbers.reads == 2 + reads
 
@@ -124,7 +124,7 @@ def test_row_of_equal_steps_is_computed(place: float, row: int, reads: int, near
     """Steps of 0.5 from 10 on, less or more by more than a rounding: the neighbour is right."""
     memory = CamMemory()
     first = cam(memory, [10.0, 10.75, 11.0, 11.5, 12.0], 0.5)
-    numbers = Counted(memory.numbers[: first + HEADER + 5 * PIECE])
+    numbers = Counted(memory.numbers[: first + HEADER + 5 * SPAN])
     assert row_at(numbers, first, near, place) == row
     assert numbers.reads == 4 + reads
 

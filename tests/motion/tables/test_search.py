@@ -7,13 +7,13 @@ from collections.abc import Callable
 import pytest
 
 from achse.motion.tables.joining import Boundary, join
-from achse.motion.tables.memory import HEADER, PIECE, CamMemory
+from achse.motion.tables.memory import HEADER, SPAN, CamMemory
 from achse.motion.tables.search import SCANNING, CamCurve, nearest, scan
 
 
 def curve(places: list[float], values: list[float], cyclic: bool, method: int = 0) -> CamCurve:
     memory, count = CamMemory(), len(places)
-    first = memory.take(HEADER + PIECE * count)
+    first = memory.take(HEADER + SPAN * count)
     head = 0.0, count, places[0], places[-1] - places[0], values[-1] - values[0], cyclic, 0.0, 0.0
     memory.numbers[first : first + HEADER] = array("d", head)
     given = array("d", places), array("d", values), memory.numbers

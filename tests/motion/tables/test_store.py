@@ -13,7 +13,7 @@ from achse.motion.commands import CamDemand
 from achse.motion.states import CamActivation, CamInterpolation, CamScaling
 from achse.motion.tables import Table, TableError, TableParameters, Tables, store
 from achse.motion.tables.limits import TableLimits
-from achse.motion.tables.memory import HEADER, PIECE
+from achse.motion.tables.memory import HEADER, SPAN
 from achse.motion.tables.table import MOTION_POINT, PointActivation
 
 VALVE = [(-1.0, -1.0), (0.0, 0.0), (1.0, 1.0)]
@@ -424,7 +424,7 @@ def test_refused_points_leave_slaves_what_they_had(nc: Nc) -> None:
 def block(tables: Tables, table_id: int, interpolation: int, count: int) -> list[float]:
     """The numbers of a cam."""
     first = tables.cam(table_id, interpolation)
-    return list(tables.cams.numbers[first : first + HEADER + PIECE * count])
+    return list(tables.cams.numbers[first : first + HEADER + SPAN * count])
 
 
 @pytest.mark.parametrize("interpolation", [CamInterpolation.LINEAR, CamInterpolation.LOCAL])
@@ -501,7 +501,7 @@ def test_kernels_are_told_when_the_memory_has_grown(nc: Nc) -> None:
     tables.write(tables.create(8, TableType.CAMMING, 3, rows, 2), 0, numbers)
     tables.cam(8, 0)
     assert told == [len(tables.cams.numbers)]
-    assert told[0] >= rows * PIECE
+    assert told[0] >= rows * SPAN
 
 
 def test_points_written_again_and_again_need_no_more_memory(nc: Nc) -> None:

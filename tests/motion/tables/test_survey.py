@@ -6,7 +6,7 @@ from array import array
 import pytest
 
 from achse.motion.tables.joining import Boundary, join
-from achse.motion.tables.memory import COUNT, HEADER, PIECE, CamMemory
+from achse.motion.tables.memory import COUNT, HEADER, SPAN, CamMemory
 from achse.motion.tables.survey import (
     SURVEY,
     VALUES,
@@ -49,7 +49,7 @@ def test_the_worked_example() -> None:
 
 def cubic(places: list[float], values: list[float]) -> tuple[CamMemory, int]:
     memory, count = CamMemory(), len(places)
-    first = memory.take(HEADER + PIECE * count)
+    first = memory.take(HEADER + SPAN * count)
     memory.numbers[first + COUNT] = count
     given = array("d", places), array("d", values), memory.numbers
     join(*given, first, 2, Boundary.SLOPES, 0.3, -0.2, 0, count)
@@ -67,8 +67,8 @@ def test_cubics_are_surveyed_exactly(seed: int) -> None:
     survey(memory.numbers, first, found)
 
     def part(row: int) -> tuple[float, float, object]:
-        at = first + HEADER + PIECE * row
-        begin, value, slope, square, cube, end = memory.numbers[at : at + PIECE + 1]
+        at = first + HEADER + SPAN * row
+        begin, value, slope, square, cube, end = memory.numbers[at : at + SPAN + 1]
 
         def values(place: float) -> CurveValues:
             w = place - begin

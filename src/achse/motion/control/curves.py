@@ -1,4 +1,4 @@
-"""Curves: points joined by polynomials, piece behind piece, in memory that the kernel reads.
+"""Curves: points joined by polynomials, span after span, in memory that the kernel reads.
 
 `linear` and `spline` join points, `value_at` and `place_of` read. Places outside the points have
 the value of the nearest.
@@ -18,8 +18,8 @@ Points: TypeAlias = Sequence[tuple[float, float]]
 
 
 @dataclass(frozen=True)
-class Piece:
-    """A polynomial of the way from where it begins; the last piece of a curve is constant."""
+class CurveSpan:
+    """A polynomial of the way from where it begins; the last span of a curve is constant."""
 
     begin: float = 0.0
     value: float = 0.0
@@ -29,77 +29,77 @@ class Piece:
 
 
 _HALVINGS = 50
-"""Steps of a search within a piece: to the last bits of a place."""
+"""Steps of a search within a span: to the last bits of a place."""
 
-LAYOUT = lay_out("piece", [Piece], Slot)
-"""One piece in memory."""
+LAYOUT = lay_out("span", [CurveSpan], Slot)
+"""One span in memory."""
 
 
-def piece_at(pieces: Sequence[Piece], first: int, count: int, place: float) -> int:
-    """Index of the piece that holds at `place`, of the curve of `count` pieces from `first` on."""
+def span_at(spans: Sequence[CurveSpan], first: int, count: int, place: float) -> int:
+    """Index of the span that holds at `place`, of the curve of `count` spans from `first` on."""
     low = first
     high = first + count
     while high - low > 1:
         middle = (low + high) // 2
-        if pieces[middle].begin <= place:
+        if spans[middle].begin <= place:
             low = middle
         else:
             high = middle
     return low
 
 
-def value_at(pieces: Sequence[Piece], first: int, count: int, place: float) -> float:
+def value_at(spans: Sequence[CurveSpan], first: int, count: int, place: float) -> float:
     """Value of that curve."""
-    piece = pieces[piece_at(pieces, first, count, place)]
-    way = place - piece.begin
+    span = spans[span_at(spans, first, count, place)]
+    way = place - span.begin
     if way <= 0.0:
-        return piece.value
-    return piece.value + way * (piece.slope + way * (piece.square + way * piece.cube))
+        return span.value
+    return span.value + way * (span.slope + way * (span.square + way * span.cube))
 
 
-def place_of(pieces: Sequence[Piece], first: int, count: int, value: float) -> float:
+def place_of(spans: Sequence[CurveSpan], first: int, count: int, value: float) -> float:
     """Place where that curve, which rises, has a value; the nearest end for one beyond."""
     low = first
     high = first + count
     while high - low > 1:
         middle = (low + high) // 2
-        if pieces[middle].value <= value:
+        if spans[middle].value <= value:
             low = middle
         else:
             high = middle
-    piece = pieces[low]
-    if low == first + count - 1 or value <= piece.value:
-        return piece.begin
-    way = pieces[low + 1].begin - piece.begin
-    if piece.square == 0.0 and piece.cube == 0.0:
-        return piece.begin + (value - piece.value) / piece.slope
+    span = spans[low]
+    if low == first + count - 1 or value <= span.value:
+        return span.begin
+    way = spans[low + 1].begin - span.begin
+    if span.square == 0.0 and span.cube == 0.0:
+        return span.begin + (value - span.value) / span.slope
     near = 0.0
     for _ in range(_HALVINGS):
         middle_way = 0.5 * (near + way)
-        rise = middle_way * (piece.slope + middle_way * (piece.square + middle_way * piece.cube))
-        if piece.value + rise <= value:
+        rise = middle_way * (span.slope + middle_way * (span.square + middle_way * span.cube))
+        if span.value + rise <= value:
             near = middle_way
         else:
             way = middle_way
-    return piece.begin + near
+    return span.begin + near
 
 
-def linear(points: Points) -> list[Piece]:
+def linear(points: Points) -> list[CurveSpan]:
     """Straight lines from point to point."""
-    pieces = [
-        Piece(x, y, slope=(y_next - y) / (x_next - x))
+    spans = [
+        CurveSpan(x, y, slope=(y_next - y) / (x_next - x))
         for (x, y), (x_next, y_next) in pairwise(points)
     ]
-    return [*pieces, Piece(*points[-1])]
+    return [*spans, CurveSpan(*points[-1])]
 
 
-def spline(points: Points) -> list[Piece]:
+def spline(points: Points) -> list[CurveSpan]:
     """The cubic spline through all points that is straight at both ends (natural)."""
     lines = linear(points)[:-1]
     widths = [x_next - x for (x, _), (x_next, _) in pairwise(points)]
     bends = _bends(widths, [line.slope for line in lines])
-    pieces = [
-        Piece(
+    spans = [
+        CurveSpan(
             line.begin,
             line.value,
             slope=line.slope - width * (2.0 * bend + bend_next) / 3.0,
@@ -108,7 +108,7 @@ def spline(points: Points) -> list[Piece]:
         )
         for line, width, bend, bend_next in zip(lines, widths, bends[:-1], bends[1:], strict=True)
     ]
-    return [*pieces, Piece(*points[-1])]
+    return [*spans, CurveSpan(*points[-1])]
 
 
 def _bends(widths: Sequence[float], slopes: Sequence[float]) -> list[float]:

@@ -12,7 +12,7 @@ from math import floor
 
 from achse.codes.axis import ControlBit
 from achse.codes.nc.choices import AxisType, ControllerType, DriveType, MotionPhase, OutputFilter
-from achse.motion.control.curves import Piece, value_at
+from achse.motion.control.curves import CurveSpan, value_at
 from achse.motion.features import Feature
 from achse.motion.fields.drive import DRIVE_DELAY, FILTER_ORDER
 from achse.motion.port import (
@@ -218,7 +218,7 @@ def characteristic(ax: AxisFields, share: float) -> float:
     return y
 
 
-def _characteristic_share(ax: AxisFields, share: float, pieces: Sequence[Piece]) -> float:
+def _characteristic_share(ax: AxisFields, share: float, spans: Sequence[CurveSpan]) -> float:
     """Share of full output that an analog drive gets: by way of its characteristic, with offset.
 
     While the loop is open there is no output, whatever characteristic and offset make of 0.
@@ -228,7 +228,7 @@ def _characteristic_share(ax: AxisFields, share: float, pieces: Sequence[Piece])
         drive.output_percent_nonlinear = 0.0
         return 0.0
     if drive.curve_count > 0:
-        share = value_at(pieces, drive.curve_first, drive.curve_count, share)
+        share = value_at(spans, drive.curve_first, drive.curve_count, share)
     elif drive.type == DriveType.MDP_252_NONLINEAR:
         share = characteristic(ax, share)
     share += drive.output_offset
@@ -321,7 +321,7 @@ def _control(ax: AxisFields) -> int:
     return control
 
 
-def put_out(ax: AxisFields, pieces: Sequence[Piece], dt: float, fast: bool = False) -> None:
+def put_out(ax: AxisFields, spans: Sequence[CurveSpan], dt: float, fast: bool = False) -> None:
     """Write the outputs of a servo drive; on the fast path as they are, without a torque."""
     drive = ax.drive
     io = drive.io
@@ -335,7 +335,7 @@ def put_out(ax: AxisFields, pieces: Sequence[Piece], dt: float, fast: bool = Fal
         io.ctrl3 = 0
         share = drive.output / drive.full
         if not fast and drive.special:
-            share = _characteristic_share(ax, share, pieces)
+            share = _characteristic_share(ax, share, spans)
         if not fast and drive.delay > 0:
             share = _late(ax, share)
         if drive.motor_polarity:

@@ -2,11 +2,11 @@
 
 from achse.motion.fields.declare import InternalFields, flag, real, reals, whole
 
-SYNC_PIECES = 3
-"""Pieces of a way to the master: two curves with constant velocity between them at most."""
+SYNC_SPANS = 3
+"""Spans of a way to the master: two curves with constant velocity between them at most."""
 
 SYNC_TERMS = 6
-"""Terms of a piece: polynomials of the fifth degree."""
+"""Terms of a span: polynomials of the fifth degree."""
 
 
 class Synchronisation(InternalFields):
@@ -31,6 +31,6 @@ class Synchronisation(InternalFields):
     lead_velocity: float = real(0.0, "mm/s", "velocity that it was after then")
     lead_acceleration: float = real(0.0, "mm/s²", "acceleration that it was after then")
     offset: float = real(0.0, "mm", "how far it was beside its place then")
-    count: int = whole(0, "1", "pieces of the way", 0, SYNC_PIECES)
-    length: list[float] = reals(SYNC_PIECES, "mm", "way of the master in each piece")
-    terms: list[float] = reals(SYNC_PIECES * SYNC_TERMS, "mm", "terms of each piece")
+    count: int = whole(0, "1", "spans of the way", 0, SYNC_SPANS)
+    length: list[float] = reals(SYNC_SPANS, "mm", "way of the master in each span")
+    terms: list[float] = reals(SYNC_SPANS * SYNC_TERMS, "mm", "terms of each span")

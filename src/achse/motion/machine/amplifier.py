@@ -10,7 +10,7 @@ Kernel source: compiled as it stands, see `achse.motion.compiled`.
 from collections.abc import Sequence
 from math import floor
 
-from achse.motion.control.curves import Piece, place_of, value_at
+from achse.motion.control.curves import CurveSpan, place_of, value_at
 from achse.motion.machine.record import DEAD_TIME, Amplifier, Machine
 from achse.motion.machine.sensor import FULL_MASK
 from achse.motion.machine.signals import drive_inputs, outward
@@ -168,13 +168,13 @@ def _delayed(a: Amplifier, output: float) -> float:
     return delayed
 
 
-def _valve(a: Amplifier, pieces: Sequence[Piece]) -> float:
+def _valve(a: Amplifier, spans: Sequence[CurveSpan]) -> float:
     """Velocity, as a share of the full one, that an analog output means."""
     share = a.io.data_out1 / a.full_output
     if a.valve_count > 0:
         if a.valve_inverse:
-            return place_of(pieces, a.valve_first, a.valve_count, share)
-        return value_at(pieces, a.valve_first, a.valve_count, share)
+            return place_of(spans, a.valve_first, a.valve_count, share)
+        return value_at(spans, a.valve_first, a.valve_count, share)
     if share < 0.0:
         share /= a.quadrant_factor
     y = abs(share)
@@ -318,7 +318,7 @@ def _adapt(a: Amplifier, dt: float) -> None:
     m.adapt = 0
 
 
-def drive_servo(a: Amplifier, pieces: Sequence[Piece], dt: float, plain: bool = False) -> None:
+def drive_servo(a: Amplifier, spans: Sequence[CurveSpan], dt: float, plain: bool = False) -> None:
     """Move the motor until the next cycle, as the outputs say; see `_plain`.
 
     A dynamic container tells the drive how the velocity goes on in this cycle, not only its begin.
@@ -336,7 +336,7 @@ def drive_servo(a: Amplifier, pieces: Sequence[Piece], dt: float, plain: bool = 
             if plain or (not a.valve_count and not a.nonlinear):
                 command = a.full_velocity * (io.data_out1 / a.full_output)
             else:
-                command = a.full_velocity * _valve(a, pieces)
+                command = a.full_velocity * _valve(a, spans)
         elif mode in POSITION_MODES:
             _follow_position(a, dt)
             return

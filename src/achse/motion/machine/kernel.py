@@ -6,7 +6,7 @@ Kernel source: compiled as it stands, see `achse.motion.compiled`.
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from achse.motion.control.curves import Piece
+from achse.motion.control.curves import CurveSpan
 from achse.motion.machine.amplifier import drive_servo, has_unreported_outputs, report
 from achse.motion.machine.discrete import run_stepper, run_two_speeds
 from achse.motion.machine.record import Amplifier, Machine, Sensor
@@ -53,14 +53,16 @@ def _write_all_inputs(machine: Machine, hardware: HardwareRows) -> None:
             report(hardware.amplifiers[i])
 
 
-def carry_out(machine: Machine, hardware: HardwareRows, pieces: Sequence[Piece], dt: float) -> None:
+def carry_out(
+    machine: Machine, hardware: HardwareRows, spans: Sequence[CurveSpan], dt: float
+) -> None:
     """After the cycle of the NC: its outputs move the machine until the next one."""
     amplifier = machine.amplifier
     if machine.plain and not machine.resting:
         if machine.sensor.io.fresh:
             arm_latches(machine.sensor)
         amplifier.io.fresh = 0
-        drive_servo(amplifier, pieces, dt, plain=True)
+        drive_servo(amplifier, spans, dt, plain=True)
         return
     if machine.several:
         if machine.on_bus:
@@ -77,7 +79,7 @@ def carry_out(machine: Machine, hardware: HardwareRows, pieces: Sequence[Piece],
             machine.resting = 0
             machine.quiet_cycles = 0
         if amplifier.kind <= ANALOG:  # or DIGITAL
-            drive_servo(amplifier, pieces, dt)
+            drive_servo(amplifier, spans, dt)
         elif amplifier.kind == TWO_SPEEDS:
             run_two_speeds(amplifier, dt)
         else:

@@ -13,8 +13,8 @@ from achse.motion.tables.memory import (
     FORM,
     HEADER,
     PERIOD,
-    PIECE,
     RATE,
+    SPAN,
     STEP,
     STROKE,
 )
@@ -38,7 +38,7 @@ def block_size(table: Table) -> int:
     """Numbers of its block."""
     if table.of_points:
         return HEADER + len(table.function())
-    return HEADER + PIECE * table.row_count
+    return HEADER + SPAN * table.row_count
 
 
 def write_block(

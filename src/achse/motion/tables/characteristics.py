@@ -5,7 +5,7 @@ from typing import Any, Protocol
 
 from achse.codes import NcError
 from achse.codes.nc.choices import CharacteristicInterpolation
-from achse.motion.control.curves import Piece
+from achse.motion.control.curves import CurveSpan
 from achse.motion.tables.errors import TableError
 from achse.motion.tables.table import Table
 from achse.motion.tables.users import TableUser
@@ -22,17 +22,17 @@ class _Store(Protocol):
 
 
 class Characteristics:
-    """Assignment of drives to tables; `pieces` are read by the kernel."""
+    """Assignment of drives to tables; `spans` are read by the kernel."""
 
     def __init__(self, axes: Callable[[], Iterable[TableUser]], tables: _Store) -> None:
         self._axes = axes
         self._tables = tables
-        self.pieces: list[Piece] = []
+        self.spans: list[CurveSpan] = []
         """All curves, one behind the other."""
-        self._valves: list[tuple[Any, list[Piece]]] = []
+        self._valves: list[tuple[Any, list[CurveSpan]]] = []
         """Valves whose curve is that of their drive's table at the start, inverted."""
         self.laid_out: Callable[[], None] = lambda: None
-        """Told when `pieces` are others."""
+        """Told when `spans` are others."""
 
     def user_count(self, table_id: int) -> int:
         """Return the number of drives and simulated valves that use a table."""
@@ -85,7 +85,7 @@ class Characteristics:
 
     def lay_out(self) -> None:
         """Give each drive the curve of its table. Raises TableError, and changes nothing then."""
-        pieces: list[Piece] = []
+        spans: list[CurveSpan] = []
         places = {(0, kind.value): (0, 0) for kind in CharacteristicInterpolation}
         for axis, table_id, interpolation in self._uses():
             if (table_id, interpolation) in places:
@@ -94,13 +94,13 @@ class Characteristics:
                 curve = self._tables.find(table_id).curve(interpolation)
             except TableError as fault:
                 raise TableError(fault.error, f"{fault}, for axis {axis.axis_id}") from None
-            places[table_id, interpolation] = len(pieces), len(curve)
-            pieces += curve
-        self.pieces = pieces
+            places[table_id, interpolation] = len(spans), len(curve)
+            spans += curve
+        self.spans = spans
         for amplifier, curve in self._valves:
-            amplifier.valve_first, amplifier.valve_count = len(pieces), len(curve)
+            amplifier.valve_first, amplifier.valve_count = len(spans), len(curve)
             amplifier.valve_inverse = 1
-            pieces += curve
+            spans += curve
         for axis in self._axes():
             for drive in axis.drives:
                 valve = drive.amplifier.table_id, CharacteristicInterpolation.LINEAR

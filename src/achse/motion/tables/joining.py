@@ -2,7 +2,7 @@
 
 Straight lines; the parabola-like cubic through four rows; one spline through all rows (its bends
 follow from all of them); local cubics whose slopes follow from neighbours, so that a changed row
-changes four pieces. The spline's ends are as `Boundary` says: a cyclic table goes on with the same
+changes four spans. The spline's ends are as `Boundary` says: a cyclic table goes on with the same
 slope and bend, a linear one begins and ends with slope 0, because the slave rests outside it.
 
 Kernel source: `join` is compiled as it stands where machine code is at hand; both write the same.
@@ -11,7 +11,7 @@ Kernel source: `join` is compiled as it stands where machine code is at hand; bo
 from collections.abc import MutableSequence, Sequence
 from enum import IntEnum
 
-from achse.motion.tables.memory import HEADER, PIECE
+from achse.motion.tables.memory import HEADER, SPAN
 from achse.native.compiled import Kernel
 
 
@@ -47,7 +47,7 @@ def join(
     low: int,
     high: int,
 ) -> None:
-    """Write the pieces `low` … `high` - 1 of the block at `first`; a spline writes all.
+    """Write the spans `low` … `high` - 1 of the block at `first`; a spline writes all.
 
     There are as many places as values, rising. A spline takes three, four rows take four.
     """
@@ -56,7 +56,7 @@ def join(
     begin = 0 if method == SPLINE else low
     end = last + 1 if method == SPLINE else high
     for i in range(begin, end):
-        at = rows + PIECE * i
+        at = rows + SPAN * i
         cams[at] = places[i]
         cams[at + 1] = values[i]
         cams[at + 2] = 0.0
@@ -69,7 +69,7 @@ def join(
             _open(cams, rows, last, boundary, begin_slope, end_slope)
         return
     for i in range(begin, min(end, last)):
-        at = rows + PIECE * i
+        at = rows + SPAN * i
         if method == LINES:
             cams[at + 2] = (values[i + 1] - values[i]) / (places[i + 1] - places[i])
         elif method == FOUR_ROWS:
@@ -80,28 +80,28 @@ def join(
 
 def _chord(cams: Sequence[float], rows: int, i: int) -> float:
     """Slope of the straight line from row i to the next."""
-    at = rows + PIECE * i
-    return (cams[at + PIECE + 1] - cams[at + 1]) / (cams[at + PIECE] - cams[at])
+    at = rows + SPAN * i
+    return (cams[at + SPAN + 1] - cams[at + 1]) / (cams[at + SPAN] - cams[at])
 
 
 def _width(cams: Sequence[float], rows: int, i: int) -> float:
     """From row i to the next."""
-    at = rows + PIECE * i
-    return cams[at + PIECE] - cams[at]
+    at = rows + SPAN * i
+    return cams[at + SPAN] - cams[at]
 
 
 def _from_bends(cams: MutableSequence[float], rows: int, last: int, bend_at_end: float) -> None:
     """Slopes and cubes from half the second derivatives, which are in the squares."""
     for i in range(last):
-        at = rows + PIECE * i
-        width = cams[at + PIECE] - cams[at]
+        at = rows + SPAN * i
+        width = cams[at + SPAN] - cams[at]
         bend = cams[at + 3]
-        following = cams[at + PIECE + 3] if i < last - 1 else bend_at_end
-        cams[at + 2] = (cams[at + PIECE + 1] - cams[at + 1]) / width - width * (
+        following = cams[at + SPAN + 3] if i < last - 1 else bend_at_end
+        cams[at + 2] = (cams[at + SPAN + 1] - cams[at + 1]) / width - width * (
             2.0 * bend + following
         ) / 3.0
         cams[at + 4] = (following - bend) / (3.0 * width)
-    at = rows + PIECE * last
+    at = rows + SPAN * last
     cams[at + 2] = 0.0
     cams[at + 3] = 0.0
     cams[at + 4] = 0.0
@@ -132,7 +132,7 @@ def _open(
         ratio = after / pivot
         rise = 3.0 * (_chord(cams, rows, i) - _chord(cams, rows, i - 1))
         part = (rise - before * part) / pivot
-        at = rows + PIECE * i
+        at = rows + SPAN * i
         cams[at + 3] = part
         cams[at + 4] = ratio
     bend = 0.0
@@ -142,7 +142,7 @@ def _open(
         bend = (rise - width * part) / (2.0 * width - width * ratio)
     bend_at_end = bend
     for n in range(last):
-        at = rows + PIECE * (last - 1 - n)
+        at = rows + SPAN * (last - 1 - n)
         bend = cams[at + 3] - cams[at + 4] * bend
         cams[at + 3] = bend
     _from_bends(cams, rows, last, bend_at_end)
@@ -171,26 +171,26 @@ def _periodic(cams: MutableSequence[float], rows: int, last: int) -> None:
         part = (rise - before * part) / pivot
         share = (from_begin - before * share) / pivot
         ratio = after / pivot
-        at = rows + PIECE * i
+        at = rows + SPAN * i
         cams[at + 2] = share
         cams[at + 3] = part
         cams[at + 4] = ratio
     part = 0.0
     share = 0.0
     for n in range(1, last):
-        at = rows + PIECE * (last - n)
+        at = rows + SPAN * (last - n)
         part = cams[at + 3] - cams[at + 4] * part
         share = cams[at + 2] - cams[at + 4] * share
         cams[at + 3] = part
         cams[at + 2] = share
-    at = rows + PIECE * (last - 1)
+    at = rows + SPAN * (last - 1)
     rise = 3.0 * (_chord(cams, rows, 0) - _chord(cams, rows, last - 1))
     bend = (rise - last_width * cams[at + 3] - first_width * part) / (
         2.0 * (last_width + first_width) + last_width * cams[at + 2] + first_width * share
     )
     cams[rows + 3] = bend
     for i in range(1, last):
-        at = rows + PIECE * i
+        at = rows + SPAN * i
         cams[at + 3] += bend * cams[at + 2]
     _from_bends(cams, rows, last, bend)
 

@@ -1,8 +1,8 @@
 """Cams in memory: numbers that the plain kernel and machine code read alike.
 
-A cam is a block: `HEADER` numbers that say what it is, and behind them pieces of `PIECE` numbers,
+A cam is a block: `HEADER` numbers that say what it is, and behind them spans of `SPAN` numbers,
 one for each row: place, value, and the coefficients of the cubic that leads to the next row. The
-last piece is constant: its value is that at the end. A block of another form (`FORM`) has pieces as
+last span is constant: its value is that at the end. A block of another form (`FORM`) has spans as
 it likes; who reads it goes by its form.
 
 Blocks stay where they are while they are in use; free ones are used again.
@@ -21,7 +21,7 @@ FORM = 0
 ELEMENTS = 1
 """Form of a motion function: COUNT elements of `achse.motion.laws.element` behind the header."""
 COUNT = 1
-"""Pieces, as many as the table has rows."""
+"""Spans, as many as the table has rows."""
 BEGIN = 2
 """First master position."""
 PERIOD = 3
@@ -31,12 +31,12 @@ STROKE = 4
 CYCLIC = 5
 """1: it goes on to both sides."""
 STEP = 6
-"""Distance of places where all are equal: pieces are found by it. 0: they differ."""
+"""Distance of places where all are equal: spans are found by it. 0: they differ."""
 RATE = 7
 """1 / STEP."""
 
 HEADER = 8
-PIECE = 5
+SPAN = 5
 
 _FIRST_BLOCK = HEADER
 """No block begins at 0: a layer without cam has 0."""
@@ -46,7 +46,7 @@ _ROOM = 1024
 
 
 def row_at(cams: Sequence[float], first: int, near: int, place: float) -> int:
-    """Number of the piece that holds at a place, for cubics; `near` is where to look first.
+    """Number of the span that holds at a place, for cubics; `near` is where to look first.
 
     What it costs does not depend on how many rows there are, unless the place is far from `near`.
     """
@@ -59,25 +59,25 @@ def row_at(cams: Sequence[float], first: int, near: int, place: float) -> int:
         if ahead < near:
             near = floor(ahead) if ahead > 0.0 else 0
         # by a rounding it may be the neighbour
-        if near > 0 and cams[rows + PIECE * near] > place:
+        if near > 0 and cams[rows + SPAN * near] > place:
             near -= 1
-        elif near < count - 1 and cams[rows + PIECE * (near + 1)] <= place:
+        elif near < count - 1 and cams[rows + SPAN * (near + 1)] <= place:
             near += 1
         return near
     if near >= count or near < 0:
         near = 0
-    if cams[rows + PIECE * near] <= place:
-        if near == count - 1 or place < cams[rows + PIECE * (near + 1)]:
+    if cams[rows + SPAN * near] <= place:
+        if near == count - 1 or place < cams[rows + SPAN * (near + 1)]:
             return near
-        if near == count - 2 or place < cams[rows + PIECE * (near + 2)]:
+        if near == count - 2 or place < cams[rows + SPAN * (near + 2)]:
             return near + 1
-    elif near > 0 and cams[rows + PIECE * (near - 1)] <= place:
+    elif near > 0 and cams[rows + SPAN * (near - 1)] <= place:
         return near - 1
     low = 0
     high = count
     while high - low > 1:
         middle = (low + high) // 2
-        if cams[rows + PIECE * middle] <= place:
+        if cams[rows + SPAN * middle] <= place:
             low = middle
         else:
             high = middle
@@ -87,7 +87,7 @@ def row_at(cams: Sequence[float], first: int, near: int, place: float) -> int:
 def cam_values(
     cams: Sequence[float], first: int, near: int, place: float
 ) -> tuple[float, float, float, float, int]:
-    """Value at a place within the cam, its three derivatives, the number of the piece.
+    """Value at a place within the cam, its three derivatives, the number of the span.
 
     Outside a linear cam the value of the nearest end; derivatives are 0 there.
     """
@@ -96,7 +96,7 @@ def cam_values(
         s, v, a, j = element_values(cams, first + HEADER + ELEMENT * number, place)
         return s, v, a, j, number
     row = row_at(cams, first, near, place)
-    at = first + HEADER + PIECE * row
+    at = first + HEADER + SPAN * row
     way = place - cams[at]
     if way < 0.0:
         return cams[at + 1], 0.0, 0.0, 0.0, row

@@ -11,7 +11,7 @@ from typing import Protocol
 
 from achse.motion.laws.element import COEFFICIENT, ELEMENT, element_at, element_values
 from achse.motion.laws.extremes import turning_places
-from achse.motion.tables.memory import BEGIN, COUNT, CYCLIC, HEADER, PERIOD, PIECE, STROKE
+from achse.motion.tables.memory import BEGIN, COUNT, CYCLIC, HEADER, PERIOD, SPAN, STROKE
 from achse.native.compiled import Kernel
 
 _WORTH_MACHINE_CODE = 1000
@@ -65,15 +65,15 @@ class CamCurve:
         low, high = 0, self._count - 1
         while high - low > 1:
             middle = (low + high) // 2
-            if self._cams[self._rows + PIECE * middle] <= place:
+            if self._cams[self._rows + SPAN * middle] <= place:
                 low = middle
             else:
                 high = middle
         return low
 
     def value(self, place: float) -> float:
-        at = self._rows + PIECE * self._row(place)
-        begin, value, slope, square, cube = self._cams[at : at + PIECE]
+        at = self._rows + SPAN * self._row(place)
+        begin, value, slope, square, cube = self._cams[at : at + SPAN]
         way = place - begin
         return value + way * (slope + way * (square + way * cube))
 
@@ -84,8 +84,8 @@ class CamCurve:
         row = self._row(place)
         step = -1 if backwards else 1
         while (row := self._scan(row, step, low, high)[0]) >= 0:
-            at = self._rows + PIECE * row
-            begin, _, slope, square, cube, end = self._cams[at : at + PIECE + 1]
+            at = self._rows + SPAN * row
+            begin, _, slope, square, cube, end = self._cams[at : at + SPAN + 1]
             stops = sorted((begin, *_stands(begin, end, slope, square, cube), end))
             for stop in reversed(stops) if backwards else stops:
                 if stop < place if backwards else stop > place:
@@ -137,7 +137,7 @@ class FunctionCurve:
 
 
 def _stands(begin: float, end: float, slope: float, square: float, cube: float) -> list[float]:
-    """Places within a piece at which its slope is 0."""
+    """Places within a span at which its slope is 0."""
     if cube == 0.0:
         ways = [-0.5 * slope / square] if square else []
     else:
@@ -148,7 +148,7 @@ def _stands(begin: float, end: float, slope: float, square: float, cube: float) 
 
 
 def _value_in(cams: Sequence[float], at: int, way: float) -> float:
-    """Value of the piece at a place of the memory, so far behind its begin."""
+    """Value of the span at a place of the memory, so far behind its begin."""
     return cams[at + 1] + way * (cams[at + 2] + way * (cams[at + 3] + way * cams[at + 4]))
 
 
@@ -162,17 +162,17 @@ def scan(
     low: float,
     high: float,
 ) -> None:
-    """The first piece from `row` on, by `step`, that comes to values from `low` to `high`.
+    """The first span from `row` on, by `step`, that comes to values from `low` to `high`.
 
-    `found`: its number, -1: none; least and greatest value of the pieces up to it. `rows` is where
-    the first of the `count` pieces lies, of which the last is the end only.
+    `found`: its number, -1: none; least and greatest value of the spans up to it. `rows` is where
+    the first of the `count` spans lies, of which the last is the end only.
     """
     least = inf
     most = -inf
     found[0] = -1.0
     while 0 <= row < count - 1:
-        at = rows + PIECE * row
-        width = cams[at + PIECE] - cams[at]
+        at = rows + SPAN * row
+        width = cams[at + SPAN] - cams[at]
         slope, square, cube = cams[at + 2], cams[at + 3], cams[at + 4]
         first = cams[at + 1]
         last = _value_in(cams, at, width)

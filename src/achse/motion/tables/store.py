@@ -51,7 +51,7 @@ def _returns(layer: Any) -> bool:
 
 
 class Tables:
-    """All tables of an NC by id. The kernel reads `cams` and the pieces of `characteristics`."""
+    """All tables of an NC by id. The kernel reads `cams` and the spans of `characteristics`."""
 
     def __init__(self, axes: Callable[[], Iterable[TableUser]]) -> None:
         self._axes = axes

@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterable, MutableSequence, Sequence
 from math import floor, inf, sqrt
 from typing import TypeAlias
 
-from achse.motion.tables.memory import COUNT, HEADER, PIECE
+from achse.motion.tables.memory import COUNT, HEADER, SPAN
 from achse.native.compiled import Kernel
 
 CurveValues: TypeAlias = tuple[float, float, float, float]
@@ -120,7 +120,7 @@ def _show_end(
 
 
 def _meet_cubic(found: MutableSequence[float], cams: Sequence[float], at: int, way: float) -> float:
-    """Meet the curve at a way from the begin of its piece; its slave position there."""
+    """Meet the curve at a way from the begin of its span; its slave position there."""
     slope, square, cube = cams[at + 2], cams[at + 3], cams[at + 4]
     s = cams[at + 1] + way * (slope + way * (square + way * cube))
     v = slope + way * (2.0 * square + 3.0 * way * cube)
@@ -137,8 +137,8 @@ def survey(cams: Sequence[float], first: int, found: MutableSequence[float]) -> 
     mean = 0.0
     effective = 0.0
     for row in range(count - 1):
-        at = rows + PIECE * row
-        width = cams[at + PIECE] - cams[at]
+        at = rows + SPAN * row
+        width = cams[at + SPAN] - cams[at]
         slope, square, cube = cams[at + 2], cams[at + 3], cams[at + 4]
         start = _meet_cubic(found, cams, at, 0.0)
         end = _meet_cubic(found, cams, at, width)
@@ -180,21 +180,21 @@ def survey(cams: Sequence[float], first: int, found: MutableSequence[float]) -> 
     _show_end(
         found, START, cams[at], cams[at + 1], cams[at + 2], 2.0 * cams[at + 3], 6.0 * cams[at + 4]
     )
-    at = rows + PIECE * (count - 2)
-    width = cams[at + PIECE] - cams[at]
+    at = rows + SPAN * (count - 2)
+    width = cams[at + SPAN] - cams[at]
     square, cube = cams[at + 3], cams[at + 4]
     _show_end(
         found,
         END,
-        cams[at + PIECE],
-        cams[at + PIECE + 1],
+        cams[at + SPAN],
+        cams[at + SPAN + 1],
         cams[at + 2] + width * (2.0 * square + 3.0 * width * cube),
         2.0 * square + 6.0 * width * cube,
         6.0 * cube,
     )
     found[MEAN_VELOCITY] = mean
     found[EFFECTIVE_ACCELERATION] = effective
-    end_survey(found, cams[rows + PIECE * (count - 1)] - cams[rows])
+    end_survey(found, cams[rows + SPAN * (count - 1)] - cams[rows])
 
 
 def survey_curve(

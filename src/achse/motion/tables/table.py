@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 from achse.codes import NcError
 from achse.codes.nc.choices import CharacteristicInterpolation, TableSubType, TableType
-from achse.motion.control.curves import Piece, linear, spline
+from achse.motion.control.curves import CurveSpan, linear, spline
 from achse.motion.laws.element import BEGIN, COEFFICIENT, ELEMENT
 from achse.motion.tables.checking import extremes_of
 from achse.motion.tables.errors import TableError
@@ -331,7 +331,7 @@ class Table:
         """Place and value of each row. Raises TableError if they are not a function (0x4A03 …)."""
         return list(zip(*self.checked(), strict=True))
 
-    def curve(self, interpolation: int = CharacteristicInterpolation.LINEAR) -> list[Piece]:
+    def curve(self, interpolation: int = CharacteristicInterpolation.LINEAR) -> list[CurveSpan]:
         """The characteristic that the points are.
 
         Raises TableError, 0x4262 if the table is none, 0x4A21 for a spline through 2 points.

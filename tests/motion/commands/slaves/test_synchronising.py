@@ -156,7 +156,7 @@ def test_a_phase_of_constant_velocity_is_preferred(moving: Nc) -> None:
     assert slave.motion_state == RUNS
 
 
-def test_without_room_for_it_the_way_is_one_piece(moving: Nc) -> None:
+def test_without_room_for_it_the_way_is_one_span(moving: Nc) -> None:
     master, slave = moving
     there = master.set_position + 20.0
     mask = int(Bit.PREFER_CONSTANT_VELOCITY)

@@ -16,7 +16,7 @@ from achse.motion.couplings.flying_saws.course import (
 )
 from achse.motion.couplings.flying_saws.sync_checks import SawLimits, check_course
 from achse.motion.couplings.masters import as_leader
-from achse.motion.fields.synchronising import SYNC_PIECES, SYNC_TERMS
+from achse.motion.fields.synchronising import SYNC_SPANS, SYNC_TERMS
 from achse.motion.record import AxisFields
 from achse.motion.states import SlaveType, SynchronisingBit
 
@@ -40,7 +40,7 @@ class _Request(NamedTuple):
 
 
 class _Way(NamedTuple):
-    """A way over the master in pieces of `approach`."""
+    """A way over the master in spans of `approach`."""
 
     lengths: list[float]
     terms: list[float]
@@ -130,7 +130,7 @@ def _limits(
 
 
 def _apply(slave: Axis, way: _Way) -> None:
-    """Go this way instead of the one in a single piece."""
+    """Go this way instead of the one in a single span."""
     slave.sync.count = len(way.lengths)
     for n, length in enumerate(way.lengths):
         slave.sync.length[n] = length
@@ -139,7 +139,7 @@ def _apply(slave: Axis, way: _Way) -> None:
 
 
 def _plan(slave: Axis, master: AxisFields, request: _Request) -> tuple[int, list[_Way]]:
-    """Code that refuses it; the way to take, if it is not in a single piece."""
+    """Code that refuses it; the way to take, if it is not in a single span."""
     master_position = master.leading_value.position + slave.phasing.position
     velocity = master.leading_value.velocity + slave.phasing.velocity
     if abs(velocity) < AT_REST:
@@ -215,7 +215,7 @@ def _with_constant(
 ) -> list[_Way]:
     """A way with a stretch of constant velocity, by the full acceleration; none if there is none.
 
-    Its curves begin without acceleration, so a slave that has one goes in one piece, unless its
+    Its curves begin without acceleration, so a slave that has one goes in one span, unless its
     acceleration is to be ignored.
     """
     ignored = request.mask & SynchronisingBit.IGNORE_SLAVE_ACCELERATION
@@ -252,7 +252,7 @@ def _with_constant(
     speed = heading * velocity
     lengths = [ramp_time(begin, held) * speed, left(held) * speed]
     lengths.append(heading * way - sum(lengths))
-    terms = [0.0] * (SYNC_PIECES * SYNC_TERMS)
+    terms = [0.0] * (SYNC_SPANS * SYNC_TERMS)
     between = 0.5 * (begin + held) / speed * lengths[0]
     last = height - 0.5 * (held + end) / speed * lengths[2]
     ramp(terms, 0, lengths[0], 0.0, begin / speed, held / speed)

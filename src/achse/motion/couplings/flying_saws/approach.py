@@ -5,7 +5,7 @@ between them). It is the same at any velocity of the master, and the slave goes 
 master does. By time the slave is changed over with limited acceleration and jerk.
 
 Velocities over the master are slave units per master unit; times its velocity they are those of the
-axis. u is the share of a piece, 0 … 1.
+axis. u is the share of a span, 0 … 1.
 
 Kernel source: compiled as it stands, see `achse.motion.compiled`.
 """
@@ -107,7 +107,7 @@ def weak_ramp(
 def place_at(
     terms: Sequence[float], first: int, length: float, u: float
 ) -> tuple[float, float, float, float]:
-    """Position and its three derivatives by the master's way, at the share `u` of a piece."""
+    """Position and its three derivatives by the master's way, at the share `u` of a span."""
     c1 = terms[first + 1]
     c2 = terms[first + 2]
     c3 = terms[first + 3]
@@ -236,21 +236,21 @@ def _by_position(
         ax.sync.state = MotionState.SLAVE_PREPHASE
         _stand(ax)
         return
-    piece = 0
+    span = 0
     for _ in range(ax.sync.count):
-        if way < ax.sync.length[piece]:
+        if way < ax.sync.length[span]:
             break
-        way -= ax.sync.length[piece]
-        piece += 1
+        way -= ax.sync.length[span]
+        span += 1
     last = ax.sync.count - 1
-    if piece > last:
+    if span > last:
         length = ax.sync.length[last]
         s, _, _, _ = place_at(ax.sync.terms, SYNC_TERMS * last, length, 1.0)
         met = master_position - ax.sync.heading * way
         run_with(ax, ax.coupling.slave_base + s, met, ax.coupling.gear)
         return
-    length = ax.sync.length[piece]
-    s, d1, d2, d3 = place_at(ax.sync.terms, SYNC_TERMS * piece, length, way / length)
+    length = ax.sync.length[span]
+    s, d1, d2, d3 = place_at(ax.sync.terms, SYNC_TERMS * span, length, way / length)
     v = ax.sync.heading * velocity
     a = ax.sync.heading * acceleration
     ax.set.position = ax.coupling.slave_base + s

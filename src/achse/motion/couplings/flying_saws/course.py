@@ -165,7 +165,7 @@ def course_over_master(
     lengths: Iterable[float],
     terms: Sequence[float],
 ) -> SlaveCourse:
-    """The course over a master that moves with this velocity, not 0, by pieces of `approach`."""
+    """The course over a master that moves with this velocity, not 0, by spans of `approach`."""
     stretches = []
     for n, length in enumerate(lengths):
         duration = length / abs(master_velocity)
