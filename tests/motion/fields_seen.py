@@ -19,9 +19,9 @@ def view(nc: Nc, seen: tuple[str, ...], states: tuple[str, ...]) -> Callable[[],
             np.array([[getattr(axis, name) for name in states] for axis in nc]),
         )
     first: Any = nc.axis(1)
-    reals = np.frombuffer(first._memory).reshape(len(nc), LAYOUT.words)
-    wholes = reals.view(np.int64)
-    return lambda: (_columns(nc, reals, seen), _columns(nc, wholes, states))
+    floats = np.frombuffer(first._memory).reshape(len(nc), LAYOUT.words)
+    ints = floats.view(np.int64)
+    return lambda: (_columns(nc, floats, seen), _columns(nc, ints, states))
 
 
 def _columns(nc: Nc, words: Any, names: tuple[str, ...]) -> Any:

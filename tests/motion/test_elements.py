@@ -51,7 +51,7 @@ def test_an_axis_works_with_other_parts_and_back(nc: Nc) -> None:
     assert nc.element("encoder", 2) is axis.encoder
     assert nc.element("controller", 2) is axis.controller
     assert nc.element("drive", 1) is axis.drive
-    assert [encoder.leads for encoder in axis.encoders] == [0, 1]
+    assert [encoder.in_use for encoder in axis.encoders] == [0, 1]
     assert nc.element("encoder", 1).scaling_factor == 1e-4
     assert nc.element("controller", 1).position_kv == 10.0
     choose_control_loop(axis, 0)

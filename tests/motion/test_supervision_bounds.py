@@ -14,7 +14,7 @@ from achse.motion.features import Feature
 from achse.motion.generators.table import UNPLANNED
 from achse.motion.monitoring import (
     _at_limit,
-    _not_found,
+    _limit_error,
     _supervise_following_error,
     _supervise_limits,
     _watch_signals,
@@ -266,7 +266,7 @@ def test_following_error_is_one_beyond_its_window_and_filter_time(
     assert (axis.delayed_error_code, axis.delayed_error.cut) == (codes[kind].number, 1)
 
 
-def test_homing_that_comes_to_a_limit_says_what_it_has_not_found(rig: Any) -> None:
+def test_homing_that_comes_to_a_limit_says_what_it_has_limit_error(rig: Any) -> None:
     axis = rig.axis
     missing = {
         HomingState.AWAIT_CAM: NcError.HOMING_CAM_NOT_FOUND.number,
@@ -276,7 +276,7 @@ def test_homing_that_comes_to_a_limit_says_what_it_has_not_found(rig: Any) -> No
     for phase, state in product((MotionPhase.HOMING, MotionPhase.ENDLESS), HomingState):
         put(axis, set_motion_phase=phase, homing_state=state)
         expected = missing.get(state, CODE) if phase == MotionPhase.HOMING else CODE
-        assert _not_found(axis, CODE) == expected
+        assert _limit_error(axis, CODE) == expected
 
 
 @pytest.mark.parametrize("sign", [1, -1])

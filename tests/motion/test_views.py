@@ -4,7 +4,7 @@ from typing import Any
 
 import pytest
 
-from achse.motion.fields.declare import Field, real, reals, whole
+from achse.motion.fields.declare import Field, floats, real, whole
 from achse.motion.views import Store, View
 from achse.native.declare import lay_out, plain_record, reference, within
 
@@ -12,7 +12,7 @@ from achse.native.declare import lay_out, plain_record, reference, within
 class Wheel:
     angle: float = real(0.5, "1", "angle")
     turns: int = whole(3, "1", "turns")
-    marks: list[float] = reals(2, "1", "marks")
+    marks: list[float] = floats(2, "1", "marks")
 
 
 WHEEL = lay_out("wheel", [Wheel], Field)

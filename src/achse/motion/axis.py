@@ -225,7 +225,7 @@ class Axis(View, _Fields):
             self.link(part, own[0])
         for number, encoder in enumerate(encoders):
             encoder.link("axis", self)
-            encoder.leads = int(number == 0)
+            encoder.in_use = int(number == 0)
 
     def parts(self) -> dict[str, list[Any]]:
         """All encoders, controllers and drives."""
@@ -242,13 +242,13 @@ class Axis(View, _Fields):
         rows = [master.index for master in masters]
         others = {axis.index: axis.followed for axis in self.fellows.values() if axis.coupling.law}
         self.order.arrange(others | {self.index: rows})
-        led = {master.index for master in masters if master.followers}
+        leading = {master.index for master in masters if master.followers}
         self.release()
         self.coupling.law, self.coupling.master_count = coupling, len(rows)
         for n in range(MASTERS):
             self.coupling.masters[n] = rows[n] if n < len(rows) else 0
         for master in masters:
-            if not master.followers and master.index not in led:
+            if not master.followers and master.index not in leading:
                 begin_leading_value(master)
             master.followers += 1
             show_coupling(master)

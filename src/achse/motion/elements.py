@@ -23,10 +23,10 @@ def choose_control_loop(axis: Axis, loop: int) -> None:
     others = {part: own[loop] for part, own in axis.parts().items() if loop < len(own)}
     if present | others == present:
         return
-    axis.encoder.leads = axis.drive.io.ctrl1 = 0
+    axis.encoder.in_use = axis.drive.io.ctrl1 = 0
     for part, other in others.items():
         axis.link(part, other)
-    axis.encoder.leads = 1
+    axis.encoder.in_use = 1
     axis.machine.driver = axis.drive.amplifier.number
     adapt(axis, axis.cycle_ns * 1e-9)
     axis.features |= TRANSIENT  # the other parts have their own

@@ -333,7 +333,7 @@ def _follow_others(ax: AxisFields, rows: NcRows, dt: float) -> None:
     """One cycle of the encoders that the axis has besides."""
     for i in range(ax.first_encoder, ax.first_encoder + ax.encoder_count):
         encoder = rows.encoders[i]
-        if encoder.leads == 0:
+        if encoder.in_use == 0:
             follow(encoder, dt)
 
 

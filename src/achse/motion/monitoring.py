@@ -202,7 +202,7 @@ def _supervise_following_error(ax: AxisFields, dt: float) -> None:
             ax.monitoring.following_error_velocity_time = 0.0
 
 
-def _not_found(ax: AxisFields, code: int) -> int:
+def _limit_error(ax: AxisFields, code: int) -> int:
     """Return the error of a homing that comes to a soft limit, else `code`."""
     if ax.set_motion_phase != MotionPhase.HOMING:
         return code
@@ -241,7 +241,7 @@ def _supervise_limits(ax: AxisFields, dt: float) -> None:
             where = ahead
     if where == 0:
         return
-    code = _not_found(
+    code = _limit_error(
         ax, NcError.SOFT_LIMIT_MAX_PASSED if where > 0 else NcError.SOFT_LIMIT_MIN_PASSED
     )
     if ax.set.velocity == 0.0:

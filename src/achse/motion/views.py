@@ -1,8 +1,8 @@
 """Views: a record of the kernel from outside, its fields as attributes, equal for both forms.
 
 A `View` has every field of its layout as an attribute that holds a Python float, int or indexable
-array, or the view of the record that it refers to or holds. A change of a value is told
-(`changed`), so that what rests wakes.
+array, or the view of the record that it refers to or holds. A change of a value calls
+`changed`, so that what rests wakes.
 """
 
 from functools import cache
@@ -39,7 +39,7 @@ class View:
 
     @classmethod
     def path_of(cls, field: Field) -> str:
-        """Return the names that lead from a record to a field of it or of a record within."""
+        """Return the names on the way from a record to a field of it or of a record within."""
         return field.name
 
     @property
@@ -48,7 +48,7 @@ class View:
         return self._record
 
     def link(self, name: str, view: "View") -> None:
-        """Let a reference lead to the record of another view."""
+        """Let a reference point to the record of another view."""
         raise NotImplementedError
 
     def pack(self) -> bytes:
@@ -57,7 +57,7 @@ class View:
 
 
 class InnerView(View):
-    """A record within another one, which is told of changes."""
+    """A record within another one, whose `changed` is called."""
 
     outer: View
     outermost: View
@@ -69,8 +69,8 @@ class InnerView(View):
 View.inner = InnerView
 
 
-class _Holder(View):
-    """A view whose views of records within are made when they are asked for first."""
+class _LazyView(View):
+    """A view whose views of records within are made at their first use."""
 
     if not TYPE_CHECKING:
 
@@ -83,16 +83,16 @@ class _Holder(View):
             for each in views:
                 each.outer = self
                 each.outermost = vars(self).get("outermost", self)
-            held = views if row.length else views[0]
-            setattr(self, name, held)
-            return held
+            inner = views if row.length else views[0]
+            setattr(self, name, inner)
+            return inner
 
     def _views_within(self, row: Field, layout: RecordLayout[Field]) -> list[Any]:
         """Make the views of the records that a field holds."""
         raise NotImplementedError
 
 
-class _OfObject(_Holder):
+class _OfObject(_LazyView):
     """A view of a plain object."""
 
     def __init__(self, record: Any) -> None:
@@ -118,7 +118,7 @@ class _OfObject(_Holder):
         return pack(self.layout, self._record)
 
 
-class _OfRow(RowView, _Holder):
+class _OfRow(RowView, _LazyView):
     """A view of a record in memory."""
 
     def __init__(self, rows: Rows, index: int) -> None:

@@ -16,14 +16,14 @@ def test_bits_of_fast_m_functions() -> None:
 
 def test_a_handshake_begins_and_ends_with_a_level() -> None:
     out = TechnologyOutputs()
-    assert not out.ask(40, 1)
+    assert not out.handshake(40, 1)
     assert (out.request, out.step) == (0, HandshakeStep.BEFORE)
-    assert not out.ask(40, 0)
+    assert not out.handshake(40, 0)
     assert (out.request, out.number) == (1, 40)
-    assert not out.ask(40, 0)
-    assert out.ask(40, 1)
+    assert not out.handshake(40, 0)
+    assert out.handshake(40, 1)
     assert out.request == 0
-    out.ask(41, 0)
+    out.handshake(41, 0)
     out.drop()
     assert (out.request, out.step) == (0, HandshakeStep.NONE)
 

@@ -61,10 +61,10 @@ def test_external_set_points_lead_in_any_phase(make_rig: Any) -> None:
     assert commands.universal_start(axis, 1, 10.0, 100.0) == 0
     leading = next(row for row in GENERATORS if row.name == "external set points")
     rig.run(1)
-    assert (axis.set_motion_phase, leading.leads(axis)) == (MotionPhase.POSITIONING, True)
+    assert (axis.set_motion_phase, leading.is_active(axis)) == (MotionPhase.POSITIONING, True)
     commands.stop(axis)
     table.hand_over(axis)
-    assert not leading.leads(axis)
+    assert not leading.is_active(axis)
 
 
 def test_the_heading_is_that_of_the_generator(make_rig: Any) -> None:

@@ -189,10 +189,10 @@ def run(function: Any, cases: Any, factors: Any = 0.0) -> Any:
 
 def planned(cases: Any) -> Any:
     """Times, jerks, number of segments and verdict of each case."""
-    reals, wholes = run(plan_all, cases)
+    floats, ints = run(plan_all, cases)
     return (
-        *(reals[:, _column(name)] for name in ("times", "jerks")),
-        *(wholes[:, _column(name)] for name in ("count", "verdict")),
+        *(floats[:, _column(name)] for name in ("times", "jerks")),
+        *(ints[:, _column(name)] for name in ("count", "verdict")),
     )
 
 

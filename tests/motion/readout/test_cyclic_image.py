@@ -60,8 +60,8 @@ def one_axis() -> Axis:
     st.lists(st.integers(0, 1), min_size=32, max_size=32),
 )
 def test_every_value_is_shown_as_by_the_plain_form(
-    wholes: dict[str, int],
-    reals: dict[str, float],
+    ints: dict[str, int],
+    floats: dict[str, float],
     period: float,
     user_data: int,
     inputs: int,
@@ -70,7 +70,7 @@ def test_every_value_is_shown_as_by_the_plain_form(
     probes: list[int],
 ) -> None:
     axis = one_axis()
-    for name, value in (wholes | reals).items():
+    for name, value in (ints | floats).items():
         part, _, field = name.rpartition(".")
         setattr(getattr(axis, part) if part else axis, field, value)
     axis.encoder.modulo_factor, axis.user_data_state_offset = period, user_data

@@ -83,7 +83,7 @@ def _sample(name: str, codec: Codec) -> Place | None:
     return lambda axis, length: axis.place_of(name, min(length, codec.size or 0))
 
 
-def sample_of_reals(*names: str) -> Place | None:
+def sample_of_floats(*names: str) -> Place | None:
     """The same of fields that are shown one behind the other as REAL64."""
     found = [PART_OF[name] for name in names]
     part, first = found[0]

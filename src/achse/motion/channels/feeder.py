@@ -97,13 +97,13 @@ class Feeder:
         """The block that the path is on, or was last on."""
         self._forget_entries()
         present = self.group.present
-        found = None
+        current = None
         for entry in self._entries:
             if entry.first > present:
                 break
-            found = entry
-        if found is not None:
-            self._origin = found.origin(min(present, found.last))
+            current = entry
+        if current is not None:
+            self._origin = current.origin(min(present, current.last))
         return self._origin
 
     def _forget_entries(self) -> None:
@@ -284,7 +284,7 @@ class Feeder:
             return self._wait(WaitReason.PATH)
         if not self.outputs.request:
             happen()
-        if self.outputs.ask(command.number, self.granted):
+        if self.outputs.handshake(command.number, self.granted):
             return FeedOutcome.DONE
         return self._wait(WaitReason.HANDSHAKE)
 

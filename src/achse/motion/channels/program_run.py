@@ -83,10 +83,10 @@ class ProgramRun:
 
     def step_on(self) -> int:
         """Go on with the found block: 0x4171 if the axes are elsewhere, 0x4109 without one."""
-        group, found = self._group, self._channel.search_result
-        if self._channel.state is not InterpreterState.SEARCHING or found is None:
+        group, result = self._group, self._channel.search_result
+        if self._channel.state is not InterpreterState.SEARCHING or result is None:
             return NcError.CHANNEL_COMMAND_NOT_NOW
-        for axis, place in zip(group.places, found.position, strict=False):
+        for axis, place in zip(group.places, result.position, strict=False):
             if axis is not None and abs(axis.set.position - place) > _NEAR:
                 return NcError.START_NOT_ON_CONTOUR
         code = group.begin()
@@ -220,15 +220,15 @@ class ProgramRun:
     def _step_on_or_wait(self) -> None:
         """Go on with a retry or skip, or log the place to which the axes have to be brought."""
         channel = self._channel
-        code, found = self.step_on(), channel.search_result
-        if code and found is not None:
+        code, result = self.step_on(), channel.search_result
+        if code and result is not None:
             log.warning(
                 "channel %d: waiting at %s (0x%04X): expected axes at %s, they are at %s; "
                 "bring them there, then step on (function 0x19)",
                 channel.channel_id,
-                named_block(found.origin),
+                named_block(result.origin),
                 code,
-                named_position(found.position),
+                named_position(result.position),
                 named_position(self._group.positions[:3]),
             )
 

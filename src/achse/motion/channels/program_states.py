@@ -102,9 +102,9 @@ class ProgramStates(NcChannel):
     @property
     def place(self) -> StoppedPlace | None:
         """The found block at which the program waits, or the block at fault; None elsewhere."""
-        found, fault = self.search_result, self.fault
-        if found is not None and self.state is InterpreterState.SEARCHING:
-            return StoppedPlace(PlaceKind.FOUND, found.origin, found.position)
+        result, fault = self.search_result, self.fault
+        if result is not None and self.state is InterpreterState.SEARCHING:
+            return StoppedPlace(PlaceKind.FOUND, result.origin, result.position)
         return None if fault is None else StoppedPlace(PlaceKind.FAULT, fault.origin, fault.stopped)
 
     @property

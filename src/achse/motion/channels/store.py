@@ -29,14 +29,14 @@ class ProgramStore:
         folder = self._programs
         if folder is None:
             raise GcodeError(NcError.PROGRAM_OPEN, "the channel has no folder", program=name)
-        given = PureWindowsPath(name.replace("\0", ""))  # takes both kinds of slashes
-        tries = [folder.joinpath(*given.parts)] if not given.anchor else []
-        tries.append(folder / given.name)
+        relative = PureWindowsPath(name.replace("\0", ""))  # takes both kinds of slashes
+        tries = [folder.joinpath(*relative.parts)] if not relative.anchor else []
+        tries.append(folder / relative.name)
         for path in tries:
             if path.resolve().is_relative_to(folder.resolve()):
-                found = _in_any_case(path)
-                if found is not None:
-                    return found
+                file = _in_any_case(path)
+                if file is not None:
+                    return file
         raise GcodeError(NcError.PROGRAM_OPEN, "no such file in the folder", program=name)
 
     def load(self, name: str) -> PartProgram:

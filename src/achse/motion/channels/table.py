@@ -41,12 +41,12 @@ class Channels:
                         f"group {group.group_id}: a {group.type.name} group in a channel of type "
                         f"{parameters.type.name}, expected {_OWNERS[group.type].name}"
                     )
-            made = (
+            channel = (
                 ProgramChannel(parameters, own, shared)
                 if parameters.type is ChannelType.INTERPRETER
                 else NcChannel(parameters, own)
             )
-            self._channels[parameters.channel_id] = made
+            self._channels[parameters.channel_id] = channel
         for group in groups:
             if group.channel_id not in self._channels:
                 raise GroupParametersError(

@@ -16,9 +16,9 @@ FAST_WORDS = M_FUNCTIONS // 32
 class HandshakeStep(Enum):
     """Step of the handshake of an M function."""
 
-    NONE = "none is asked for"
+    NONE = "no M function is requested"
     BEFORE = "the PLC still grants the one before"
-    ASKED = "the request is shown"
+    REQUESTED = "the request is shown"
 
 
 class TechnologyOutputs:
@@ -61,14 +61,14 @@ class TechnologyOutputs:
         else:
             self.tool = number & 0xFFFF
 
-    def ask(self, number: int, granted: int) -> bool:
-        """One cycle of a handshake; whether it is over. `granted` is what the PLC says."""
+    def handshake(self, number: int, granted: int) -> bool:
+        """Advance a handshake by one cycle; True if it is over. `granted` comes from the PLC."""
         if self.step is HandshakeStep.NONE:
             self.step = HandshakeStep.BEFORE
         if self.step is HandshakeStep.BEFORE:
             if granted:
                 return False
-            self.number, self.request, self.step = number, 1, HandshakeStep.ASKED
+            self.number, self.request, self.step = number, 1, HandshakeStep.REQUESTED
             return False
         if not granted:
             return False

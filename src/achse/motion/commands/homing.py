@@ -49,7 +49,7 @@ def home(axis: Axis) -> int:
     In mode 20 the application is asked to do it. A drive on a bus may do it itself.
     """
     if axis.encoder.reference_mode == ReferenceMode.APPLICATION:
-        return _ask_application(axis)
+        return _start_by_application(axis)
     if axis.homed_by_drive and axis.drive.on_bus:
         return _let_the_drive_home(axis)
     directions = cam_direction(axis), pulse_direction(axis)
@@ -86,7 +86,7 @@ def _let_the_drive_home(axis: Axis) -> int:
     return OK
 
 
-def _ask_application(axis: Axis) -> int:
+def _start_by_application(axis: Axis) -> int:
     code = check_command(axis)
     if code:
         return code

@@ -16,8 +16,8 @@ def busy(axis: Axis) -> bool:
 
 def occupied(axis: Axis) -> bool:
     """Return True if a motion command is active or waits; external set points are none."""
-    led = axis.set_motion_phase in (MotionPhase.EXTERNAL, MotionPhase.COUPLED)
-    return busy(axis) and (not led or axis.buffer.count > 0)
+    follows = axis.set_motion_phase in (MotionPhase.EXTERNAL, MotionPhase.COUPLED)
+    return busy(axis) and (not follows or axis.buffer.count > 0)
 
 
 def sign(value: float) -> float:

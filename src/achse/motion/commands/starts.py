@@ -60,7 +60,7 @@ def start(
     None takes the axis default; an explicit value must be positive.
     """
     own = dynamics(axis, 0.0, 0.0, 0.0)
-    given = (
+    limits = (
         own[0] if acceleration is None else acceleration,
         own[1] if deceleration is None else deceleration,
         own[2] if jerk is None else jerk,
@@ -68,7 +68,7 @@ def start(
     code = (
         check_command(axis)
         or (occupied(axis) and NcError.GROUP_BUSY)
-        or check_dynamics(axis, *given)
+        or check_dynamics(axis, *limits)
     )
     if code:
         return code
@@ -76,7 +76,7 @@ def start(
         return NcError.START_TYPE
     code, move = _as_move(axis, start_type, position, velocity)
     code = code or check_velocity(axis, move.velocity)
-    return code or _accept(axis, move, *given)
+    return code or _accept(axis, move, *limits)
 
 
 def universal_start(

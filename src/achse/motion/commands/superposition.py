@@ -54,26 +54,28 @@ class Compensation(NamedTuple):
     warning: int = 0
 
 
-def start_superposition(axis: Axis, asked: Compensation) -> tuple[int, Compensation]:
+def start_superposition(axis: Axis, compensation: Compensation) -> tuple[int, Compensation]:
     """Start a section compensation (0x30): the refusing error or 0, and what is carried out.
 
     The axis must be travelling to a position, endlessly or as a slave. Accelerations of 0 are the
     axis defaults. No set velocity exceeds the axis maximum, and one that falls back does not turn.
     """
-    code = _check(axis, asked)
+    code = _check(axis, compensation)
     if code:
-        return code, asked
+        return code, compensation
     acceleration, deceleration, jerk = dynamics(
-        axis, asked.acceleration_increase, asked.deceleration_increase, 0.0
+        axis, compensation.acceleration_increase, compensation.deceleration_increase, 0.0
     )
-    asked = asked._replace(acceleration_increase=acceleration, deceleration_increase=deceleration)
+    compensation = compensation._replace(
+        acceleration_increase=acceleration, deceleration_increase=deceleration
+    )
     code = check_dynamics(axis, acceleration, deceleration, jerk)
-    limit = _fastest(axis, asked)
+    limit = _fastest(axis, compensation)
     if not code and limit <= 0.0:
         code = NcError.SET_VELOCITY_NOT_ALLOWED
     if code:
-        return code, asked
-    done = _as_possible(asked, limit)
+        return code, compensation
+    done = _as_possible(compensation, limit)
     direction = heading(axis)
     if axis.set_motion_phase == MotionPhase.POSITIONING:
         shift = direction * done.distance
@@ -81,7 +83,7 @@ def start_superposition(axis: Axis, asked: Compensation) -> tuple[int, Compensat
         if not code and axis.reversing.number:
             code = check_target(axis, axis.reversing.target + shift)
         if code:
-            return code, asked
+            return code, compensation
     _begin(axis, direction, done)
     return OK, done
 
@@ -135,22 +137,22 @@ def stop_superposition(axis: Axis) -> int:
     return OK
 
 
-def _check(axis: Axis, asked: Compensation) -> int:
+def _check(axis: Axis, compensation: Compensation) -> int:
     if axis.axis_type == AxisType.DISCRETE_RAPID_CREEP:
         return NcError.AXIS_INCOMPATIBLE
-    if asked.type not in CompensationType.__members__.values():
+    if compensation.type not in CompensationType.__members__.values():
         return NcError.COMPENSATION_TYPE
-    accelerations = (asked.acceleration_increase, asked.deceleration_increase)
+    accelerations = (compensation.acceleration_increase, compensation.deceleration_increase)
     if not (
         all(value == 0.0 or value >= _LEAST for value in accelerations)
-        and _LEAST <= asked.process_velocity <= _MOST
+        and _LEAST <= compensation.process_velocity <= _MOST
     ):
         return NcError.COMPENSATION_DYNAMICS
-    if not asked.velocity_increase >= _LEAST:
+    if not compensation.velocity_increase >= _LEAST:
         return NcError.COMPENSATION_CAMBER
-    if not _LEAST <= abs(asked.distance) <= _MOST:
+    if not _LEAST <= abs(compensation.distance) <= _MOST:
         return NcError.SUPERIMPOSED_MOVE_DATA
-    if not _LEAST <= asked.length <= _MOST or _base_way(asked) <= 0.0:
+    if not _LEAST <= compensation.length <= _MOST or _base_way(compensation) <= 0.0:
         return NcError.COMPENSATION_DISTANCE
     code = check_command(axis)
     if code:
@@ -167,44 +169,48 @@ def _check(axis: Axis, asked: Compensation) -> int:
     return OK
 
 
-def _base_way(asked: Compensation) -> float:
+def _base_way(compensation: Compensation) -> float:
     """Way of the main motion over which the compensation may act."""
-    return asked.length - asked.distance if asked.type in _OWN_WAY else asked.length
+    return (
+        compensation.length - compensation.distance
+        if compensation.type in _OWN_WAY
+        else compensation.length
+    )
 
 
-def _fastest(axis: Axis, asked: Compensation) -> float:
+def _fastest(axis: Axis, compensation: Compensation) -> float:
     """The additional velocity that is asked for, as far as the limits of the axis go.
 
     The additional velocity scales with that of the main motion, so the ratio is what counts.
     """
-    if asked.distance < 0.0:
-        return min(asked.velocity_increase, asked.process_velocity)
+    if compensation.distance < 0.0:
+        return min(compensation.velocity_increase, compensation.process_velocity)
     most = min(axis.max_velocity, axis.drive.reference_velocity)
     main = abs(axis.set.velocity) if axis.coupling.law else axis.job.velocity
     ratio = most / main - 1.0
-    return min(asked.velocity_increase, asked.process_velocity * ratio)
+    return min(compensation.velocity_increase, compensation.process_velocity * ratio)
 
 
-def _as_possible(asked: Compensation, limit: float) -> Compensation:
+def _as_possible(compensation: Compensation, limit: float) -> Compensation:
     """The trapezoid that covers the distance, or as much of it as way and limits allow.
 
     A trapezoid with top v over a time T covers v T - v² c / 2, c = 1 / a + 1 / d.
     """
-    c = 1.0 / asked.acceleration_increase + 1.0 / asked.deceleration_increase
-    distance = abs(asked.distance)
-    time = _base_way(asked) / asked.process_velocity
+    c = 1.0 / compensation.acceleration_increase + 1.0 / compensation.deceleration_increase
+    distance = abs(compensation.distance)
+    time = _base_way(compensation) / compensation.process_velocity
     warning = 0
-    if asked.type in _SHORTEST:
+    if compensation.type in _SHORTEST:
         top = min(limit, sqrt(2.0 * distance / c))
         needed = distance / top + 0.5 * top * c
-    elif asked.type in _GENTLEST:
+    elif compensation.type in _GENTLEST:
         top = min(limit, 2.0 * distance / time)  # the latter of a triangle
         gentlest = 2.0 * (top * time - distance) / (top * top)
         needed = time if gentlest >= c * (1.0 - _ROUNDING) else 2.0 * time
         if needed == time:
-            asked = asked._replace(
-                acceleration_increase=asked.acceleration_increase * c / gentlest,
-                deceleration_increase=asked.deceleration_increase * c / gentlest,
+            compensation = compensation._replace(
+                acceleration_increase=compensation.acceleration_increase * c / gentlest,
+                deceleration_increase=compensation.deceleration_increase * c / gentlest,
             )
     else:
         room = time * time - 2.0 * c * distance
@@ -216,11 +222,11 @@ def _as_possible(asked: Compensation, limit: float) -> Compensation:
         top = min(limit, time / c)
         distance = top * time - 0.5 * c * top * top
         needed = time
-    done = distance if asked.distance > 0.0 else -distance
-    length = asked.process_velocity * needed
-    return asked._replace(
+    done = distance if compensation.distance > 0.0 else -distance
+    length = compensation.process_velocity * needed
+    return compensation._replace(
         velocity_increase=top,
         distance=done,
-        length=length + done if asked.type in _OWN_WAY else length,
+        length=length + done if compensation.type in _OWN_WAY else length,
         warning=warning,
     )

@@ -269,13 +269,13 @@ def _special(ax: AxisFields, error: float, full: float, dt: float) -> float:
         controller.acceleration_feedforward_ka * ax.set.acceleration
     )
     limit = controller.output_limit * full
-    held = 0
+    at_limit = 0
     if abs(part) > limit:
-        held = 1
+        at_limit = 1
     if kind == ControllerType.PID_POSITION:
-        controller.position_arw_active = held
+        controller.position_arw_active = at_limit
     elif kind == ControllerType.PI_VELOCITY:
-        controller.velocity_arw_active = held
+        controller.velocity_arw_active = at_limit
     return part
 
 

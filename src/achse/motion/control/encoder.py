@@ -74,7 +74,7 @@ def adapt_encoder(ax: AxisFields, encoder: EncoderFields, dt: float) -> None:
         or encoder.mode <= _WITH_VELOCITY
         or encoder.actual_position_correction_enable != 0
         or encoder.position_correction != 0.0
-        or (encoder.leads and ax.backlash_compensation_enable != 0 and ax.backlash != 0.0)
+        or (encoder.in_use and ax.backlash_compensation_enable != 0 and ax.backlash != 0.0)
         or encoder.dead_time_compensation_mode != 0
         or encoder.dead_time_position_correction != 0.0
     ):
@@ -113,7 +113,7 @@ def _correct(ax: AxisFields, encoder: EncoderFields, dt: float) -> float:
     goal = 0.0
     if encoder.actual_position_correction_enable:
         goal = ax.actual_position_correction
-    if ax.backlash_compensation_enable and encoder.leads:
+    if ax.backlash_compensation_enable and encoder.in_use:
         if ax.set.velocity > 0.0:
             encoder.backlash_side = 1.0
         elif ax.set.velocity < 0.0:
@@ -147,7 +147,7 @@ def measure(ax: AxisFields, encoder: EncoderFields, dt: float, fast: bool = Fals
         encoder.hardware_increments = data
     if moved:
         if abs(count) > _FULL_COUNTER:
-            if encoder.leads:
+            if encoder.in_use:
                 fail(ax, NcError.ENCODER_OVERFLOW if count > 0 else NcError.ENCODER_UNDERFLOW, 1)
             count = before_count
             moved = 0

@@ -163,7 +163,7 @@ def _probe_signals(encoder: EncoderFields, probe: int) -> int:
 
 def arm(ax: AxisFields, encoder: EncoderFields) -> None:
     """Tell the hardware what the latches wait for."""
-    waits = encoder.leads and ax.homing.latch == WAITS
+    waits = encoder.in_use and ax.homing.latch == WAITS
     if encoder.latch_active == 0 and not waits and encoder.armed == 0:
         return
     io = encoder.io
@@ -244,5 +244,5 @@ def watch(ax: AxisFields, encoder: EncoderFields) -> None:
         for probe in range(TOUCH_PROBES):
             encoder.probe_seen[probe] = probe_state(encoder, probe)
         encoder.latch_active = active
-    if encoder.leads and ax.homing.latch == WAITS:
+    if encoder.in_use and ax.homing.latch == WAITS:
         _watch_homing(ax, encoder)

@@ -1,6 +1,6 @@
 """Fields of a slave that follows cams: one record for each cam that is added up."""
 
-from achse.motion.fields.declare import InternalFields, flag, real, whole, wholes
+from achse.motion.fields.declare import InternalFields, flag, ints, real, whole
 
 CAM_LAYERS = 4
 """Cams that one slave can follow at the same time (error 0x425E)."""
@@ -57,7 +57,7 @@ class CamSlave(InternalFields):
 
     count: int = whole(0, "1", "layers that may be in use")
     changes: int = flag(0, "a layer waits for a change")
-    tables: list[int] = wholes(
+    tables: list[int] = ints(
         CAM_LIST, "1", "tables named at coupling: its corrections and profiles; 0 = none"
     )
     status: int = whole(0, "StateBit", "bits of StateDWord for pending changes")

@@ -1,6 +1,6 @@
 """Fields of an axis that follows others, or that others follow."""
 
-from achse.motion.fields.declare import InternalFields, States, flag, real, reals, whole, wholes
+from achse.motion.fields.declare import InternalFields, States, flag, floats, ints, real, whole
 
 MASTERS = 4
 """Axes that one axis can follow at the same time (002 §6.4.4.3, 0x4200 + ID:0x40)."""
@@ -14,17 +14,17 @@ class SlaveCoupling(InternalFields):
 
     law: int = whole(0, "1", "number of the coupling in force, 0 = none")
     master_count: int = whole(0, "1", "axes that it follows", 0, MASTERS)
-    masters: list[int] = wholes(MASTERS, "1", "rows of these axes")
-    parameters: list[float] = reals(COUPLING_PARAMETERS, "1", "parameters as commanded")
+    masters: list[int] = ints(MASTERS, "1", "rows of these axes")
+    parameters: list[float] = floats(COUPLING_PARAMETERS, "1", "parameters as commanded")
     slave_base: float = real(0.0, "mm", "set position from which the law counts")
-    master_bases: list[float] = reals(MASTERS, "mm", "positions of the masters there")
-    masters_before: list[float] = reals(MASTERS, "mm", "positions of the masters a cycle before")
+    master_bases: list[float] = floats(MASTERS, "mm", "positions of the masters there")
+    masters_before: list[float] = floats(MASTERS, "mm", "positions of the masters a cycle before")
     master_moved: int = flag(0, "master 1 moved in the last cycle")
     offset: float = real(0.0, "mm", "distance that superposition has added to the law")
     gear: float = real(0.0, "1", "gear ratio now")
     gear_weight: float = real(1.0, "1", "slave distance per master distance at a ratio of 1")
-    ratio_places: list[int] = wholes(MASTERS, "1", "number of the ratio to each master, from 0")
-    ratios: list[float] = reals(MASTERS, "1", "gear ratios to several masters")
+    ratio_places: list[int] = ints(MASTERS, "1", "number of the ratio to each master, from 0")
+    ratios: list[float] = floats(MASTERS, "1", "gear ratios to several masters")
     in_gear: int = flag(0, "the slave runs as the ratios say and is not behind")
     velocity: float = real(0.0, "mm/s", "largest velocity behind several masters; 0 = none")
     acceleration: float = real(0.0, "mm/s²", "acceleration towards them")

@@ -61,9 +61,9 @@ def flag(default: int, doc: str) -> Any:
     return Field(default, unit="0/1", doc=doc, least=0, most=1)
 
 
-def reals(length: int, unit: str, doc: str) -> Any:
+def floats(length: int, unit: str, doc: str) -> Any:
     return Field(0.0, length, unit=unit, doc=doc)
 
 
-def wholes(length: int, unit: str, doc: str) -> Any:
+def ints(length: int, unit: str, doc: str) -> Any:
     return Field(0, length, unit=unit, doc=doc)

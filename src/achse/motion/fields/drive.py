@@ -6,10 +6,10 @@ from achse.motion.fields.declare import (
     Parameters,
     States,
     flag,
+    floats,
+    ints,
     real,
-    reals,
     whole,
-    wholes,
 )
 
 DRIVE_DELAY = 64
@@ -113,7 +113,7 @@ class DriveState(States):
     output_peak_negative: float = real(0.0, "mm/s", "smallest total output so far")
     output_peak_positive: float = real(0.0, "mm/s", "largest total output so far")
     output_percent_nonlinear: float = real(0.0, "%", "total output after the characteristic")
-    output_image: list[int] = wholes(
+    output_image: list[int] = ints(
         10, "bits", "output structure in words of 4 bytes, beneath what the NC writes itself"
     )
     actual_torque: float = real(0.0, "1000 = 100 %", "actual torque, filtered")
@@ -145,8 +145,8 @@ class DriveInternal(InternalFields):
     curve_first: int = whole(0, "1", "first span of the characteristic's curve")
     curve_count: int = whole(0, "1", "its spans, 0 = no table")
     filter_count: int = whole(0, "1", "entries of the moving average")
-    filter_stage: list[float] = reals(FILTER_ORDER, "mm", "stages of the output filter")
-    filter_ring: list[float] = reals(DRIVE_DELAY, "mm", "set positions of the moving average")
+    filter_stage: list[float] = floats(FILTER_ORDER, "mm", "stages of the output filter")
+    filter_ring: list[float] = floats(DRIVE_DELAY, "mm", "set positions of the moving average")
     filter_index: int = whole(0, "1", "its oldest entry")
     stepper_step: int = whole(0, "STEP", "steps of the motor")
     stepper_wait: int = whole(0, "1", "cycles to the next step")
@@ -158,4 +158,4 @@ class DriveInternal(InternalFields):
     switch_time: float = real(0.0, "s", "time in that phase")
     sent_position: float = real(0.0, "mm", "set position of the last output, before its filter")
     delay_index: int = whole(0, "1", "next slot of the delay line")
-    delay_output: list[float] = reals(DRIVE_DELAY, "mm/s", "velocity outputs that are late")
+    delay_output: list[float] = floats(DRIVE_DELAY, "mm/s", "velocity outputs that are late")

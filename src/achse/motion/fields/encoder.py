@@ -5,10 +5,10 @@ from achse.motion.fields.declare import (
     Parameters,
     States,
     flag,
+    floats,
+    ints,
     real,
-    reals,
     whole,
-    wholes,
 )
 
 POSITION_HISTORY = 16
@@ -91,7 +91,7 @@ class EncoderState(States):
     software_increments: int = whole(0, "INC", "count without overflow")
     set_position_offset: float = real(0.0, "mm", "shift made by 'set actual position'")
     reinitialization_state: int = whole(0, "1", "state of a re-initialisation, 0 = none")
-    output_image: list[int] = wholes(20, "bits", "output structure in words of 4 bytes")
+    output_image: list[int] = ints(20, "bits", "output structure in words of 4 bytes")
     actual_position_filtered: float = real(
         0.0, "mm", "position after the PT1 filter, without dead-time compensation"
     )
@@ -116,20 +116,20 @@ class TouchProbeState(States):
     latch_hardware_increment_difference: int = whole(0, "INC", "to the latch before")
     latch_software_increment_difference: int = whole(0, "INC", "to the latch before")
     latch_position_difference: float = real(0.0, "mm", "to the latch before")
-    probe_active: list[int] = wholes(PROBE_EDGES, "0/1", "waits for its edge")
-    probe_valid: list[int] = wholes(PROBE_EDGES, "0/1", "its edge was latched")
-    probe_position: list[float] = reals(PROBE_EDGES, "mm", "where its edge was")
-    probe_counter: list[int] = wholes(PROBE_EDGES, "1", "edges latched since activated")
+    probe_active: list[int] = ints(PROBE_EDGES, "0/1", "waits for its edge")
+    probe_valid: list[int] = ints(PROBE_EDGES, "0/1", "its edge was latched")
+    probe_position: list[float] = floats(PROBE_EDGES, "mm", "where its edge was")
+    probe_counter: list[int] = ints(PROBE_EDGES, "1", "edges latched since activated")
 
 
 class TouchProbeMemory(InternalFields):
     """Memory of the touch probes: awaited edges, and the last states of the hardware."""
 
-    probe_continuous: list[int] = wholes(PROBE_EDGES, "0/1", "goes on after an edge")
-    probe_source: list[int] = wholes(PROBE_EDGES, "SignalSource", "its signal")
+    probe_continuous: list[int] = ints(PROBE_EDGES, "0/1", "goes on after an edge")
+    probe_source: list[int] = ints(PROBE_EDGES, "SignalSource", "its signal")
     probe_refused: int = whole(0, "bits", "edges that the hardware on a bus cannot latch")
     armed: int = flag(0, "the hardware has been told to watch a signal")
-    probe_seen: list[int] = wholes(TOUCH_PROBES, "bits", "states of probes last seen")
+    probe_seen: list[int] = ints(TOUCH_PROBES, "bits", "states of probes last seen")
     homing_seen: int = whole(0, "bits", "state of the homing latch as last seen")
     watched_count: int = whole(0, "INC", "count a cycle before, for the software sync")
 
@@ -138,7 +138,7 @@ class EncoderMemory(InternalFields):
     """Memory of the encoder: values from its parameters, and values from cycle to cycle."""
 
     adapt: int = flag(1, "parameters changed: derived values must be computed again")
-    leads: int = flag(1, "the axis works with it")
+    in_use: int = flag(1, "the axis works with it")
     special: int = flag(0, "functions beyond scaling and filters are in use")
     scale: float = real(1e-4, "mm/INC", "scaling with the sign of the direction")
     data: int = whole(0, "INC", "count as the hardware showed it last")
@@ -146,4 +146,4 @@ class EncoderMemory(InternalFields):
     velocity_weight: float = real(1.0, "1", "share of a new velocity in the filtered one")
     acceleration_weight: float = real(1.0, "1", "share of a new acceleration in the filtered one")
     backlash_side: float = real(0.0, "1", "direction of the last movement")
-    history: list[float] = reals(POSITION_HISTORY, "mm", "actual positions, a ring")
+    history: list[float] = floats(POSITION_HISTORY, "mm", "actual positions, a ring")

@@ -72,7 +72,7 @@ OFTEN: dict[str, tuple[str, ...]] = {
         *("has_changed", "fresh", "ctrl1", "ctrl3", "data_out1", "data_out4"),
     ),
     "machine": (
-        *("sensor", "amplifier", "resting", "position", "cam_begin", "cam_end", "plain"),
+        *("sensor", "amplifier", "resting", "position", "cam_begin", "cam_end", "fast_path"),
         *("torque", "velocity", "quiet_cycles"),
         # of what is more than a plain move
         *("several", "io_invalid", "cam_input", "period", "adapt", "limit_switch", "blocked"),

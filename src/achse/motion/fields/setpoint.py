@@ -2,7 +2,7 @@
 
 from math import inf
 
-from achse.motion.fields.declare import InternalFields, States, flag, real, reals, whole
+from achse.motion.fields.declare import InternalFields, States, flag, floats, real, whole
 
 COMMAND_BUFFER = 8
 """Commands that can wait behind the active one; one more is refused with 0x4292."""
@@ -113,5 +113,5 @@ class MotionProfile(InternalFields):
     plan_acceleration: float = real(0.0, "mm/s²", "acceleration there")
     abrupt: int = flag(0, "the axis moves without a jerk limit, so a stop before a soft limit may")
     fastest: float = real(0.0, "mm/s", "largest velocity they were made for")
-    time: list[float] = reals(SEGMENTS, "s", "duration of each segment")
-    jerk: list[float] = reals(SEGMENTS, "mm/s³", "jerk of each segment")
+    time: list[float] = floats(SEGMENTS, "s", "duration of each segment")
+    jerk: list[float] = floats(SEGMENTS, "mm/s³", "jerk of each segment")

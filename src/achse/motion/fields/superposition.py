@@ -1,6 +1,6 @@
 """Fields of the motions beside the main one: section compensation and phasing."""
 
-from achse.motion.fields.declare import InternalFields, States, flag, real, reals, whole
+from achse.motion.fields.declare import InternalFields, States, flag, floats, real, whole
 from achse.motion.fields.setpoint import SEGMENTS
 
 
@@ -21,8 +21,8 @@ class PhasingProfile(InternalFields):
     count: int = whole(0, "1", "rows of the table")
     index: int = whole(0, "1", "active row")
     elapsed: float = real(0.0, "s", "time since its start")
-    time: list[float] = reals(SEGMENTS, "s", "duration of each row")
-    jerk: list[float] = reals(SEGMENTS, "mm/s³", "jerk of each row")
+    time: list[float] = floats(SEGMENTS, "s", "duration of each row")
+    jerk: list[float] = floats(SEGMENTS, "mm/s³", "jerk of each row")
 
 
 class Phasing(PhasingState, PhasingProfile):

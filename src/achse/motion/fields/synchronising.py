@@ -1,6 +1,6 @@
 """Fields of a slave that synchronises itself with its master: flying saws."""
 
-from achse.motion.fields.declare import InternalFields, flag, real, reals, whole
+from achse.motion.fields.declare import InternalFields, flag, floats, real, whole
 
 SYNC_SPANS = 3
 """Spans of a way to the master: two curves with constant velocity between them at most."""
@@ -32,5 +32,5 @@ class Synchronisation(InternalFields):
     lead_acceleration: float = real(0.0, "mm/s²", "acceleration that it was after then")
     offset: float = real(0.0, "mm", "how far it was beside its place then")
     count: int = whole(0, "1", "spans of the way", 0, SYNC_SPANS)
-    length: list[float] = reals(SYNC_SPANS, "mm", "way of the master in each span")
-    terms: list[float] = reals(SYNC_SPANS * SYNC_TERMS, "mm", "terms of each span")
+    length: list[float] = floats(SYNC_SPANS, "mm", "way of the master in each span")
+    terms: list[float] = floats(SYNC_SPANS * SYNC_TERMS, "mm", "terms of each span")

@@ -1,4 +1,4 @@
-"""External set points: the cyclic interface leads the axis, alone or on top of its own generator.
+"""External set points: the cyclic interface drives the axis, alone or on top of its own generator.
 
 Alone, the set position is the external one. Where motion commands are allowed meanwhile, their
 motion and the external one add up; afterwards the axis keeps the distance it went by itself. Both
@@ -41,13 +41,13 @@ def _is_over(ax: AxisFields) -> bool:
     return phase == MotionPhase.STOPPING or (phase == MotionPhase.NONE and ax.buffer.count == 0)
 
 
-def leads(ax: AxisFields) -> bool:
+def is_active(ax: AxisFields) -> bool:
     """As long as it is active, whatever else moves on top of it."""
     return ax.external_setpoint_active == 1
 
 
 def end(ax: AxisFields) -> None:
-    """Give the lead back once a stop or an error has ended it."""
+    """Return to position control once a stop or an error has ended it."""
     if _is_over(ax):
         leave_external(ax)
 

@@ -61,7 +61,7 @@ def _arm(ax: AxisFields) -> None:
         ax.homing.state = HomingState.AWAIT_LATCH
 
 
-def _found(ax: AxisFields, latched: float) -> None:
+def _set_reference(ax: AxisFields, latched: float) -> None:
     """The place that is at `latched` has the reference position; homing is over."""
     ax.target_position = ax.set.position
     end_homing(ax)
@@ -104,7 +104,7 @@ def home(ax: AxisFields) -> None:
             ax.homing.state = HomingState.SET_POSITION
             _stop(ax)
     elif state == HomingState.SET_POSITION and _stands(ax):
-        _found(ax, ax.homing.latch_position)
+        _set_reference(ax, ax.homing.latch_position)
 
 
 def _by_drive(ax: AxisFields) -> None:
@@ -120,7 +120,7 @@ def _by_drive(ax: AxisFields) -> None:
     if status & STATUS_HOMING_FAILED:
         fail(ax, NcError.HOMING_CAM_NOT_FOUND, 0)
     elif status & STATUS_HOMED:
-        _found(ax, latched_position(encoder))
+        _set_reference(ax, latched_position(encoder))
 
 
 def step(ax: AxisFields, dt: float) -> None:

@@ -26,7 +26,7 @@ from achse.motion.record import AxisFields
 
 
 def _by_phase_alone(ax: AxisFields) -> bool:
-    """It leads in its phases only."""
+    """It is active in its phases only."""
     return False
 
 
@@ -52,9 +52,9 @@ class Generator(NamedTuple):
     step: Callable[[AxisFields, float], None]
     """Position, velocity and acceleration of this cycle."""
     end: Callable[[AxisFields], None] = _stays
-    """Before each cycle in which it `leads`: hand back the set point if the motion is over."""
-    leads: Callable[[AxisFields], bool] = _by_phase_alone
-    """True if it makes the set point in any phase."""
+    """Before each cycle of an active generator: hand back the set point if the motion is over."""
+    is_active: Callable[[AxisFields], bool] = _by_phase_alone
+    """True if it generates the set point in any phase."""
     heading: Callable[[AxisFields], float] = along_the_set_point
     """Direction in which it drives the axis, by its sign."""
     is_planned: bool = True
@@ -87,7 +87,7 @@ GENERATORS = (
         ("start_torque_control",),
         torque.step,
         torque.end,
-        torque.leads,
+        torque.is_active,
         torque.heading,
         is_planned=False,
         travelling=(MotionPhase.TORQUE,),
@@ -99,7 +99,7 @@ GENERATORS = (
         ("start_external_setpoint",),
         external.step,
         external.end,
-        external.leads,
+        external.is_active,
         is_planned=False,
         continuous=(MotionPhase.EXTERNAL,),
     ),
@@ -143,7 +143,7 @@ GENERATORS = (
 )
 """Each phase belongs to one row; of the rows for any phase the first one generates."""
 
-_LEADING = tuple(row for row in GENERATORS if row.leads is not _by_phase_alone)
+_OF_ANY_PHASE = tuple(row for row in GENERATORS if row.is_active is not _by_phase_alone)
 
 
 def _by_phase(phases: set[int]) -> tuple[int, ...]:
@@ -152,7 +152,7 @@ def _by_phase(phases: set[int]) -> tuple[int, ...]:
 
 
 UNPLANNED = _by_phase({phase for row in GENERATORS if not row.is_planned for phase in row.phases})
-"""By phase: no table knows where it leads."""
+"""By phase: no table knows its end."""
 
 TRAVELLING = _by_phase({phase for row in GENERATORS for phase in row.travelling})
 """By phase: no target is waited for."""
@@ -169,16 +169,16 @@ BY_FAST_PATH = _by_phase(
 
 def hand_over(ax: AxisFields) -> None:
     """Hand the set point back, before the cycle, where a generator of any phase is over."""
-    for row in _LEADING:
-        if row.leads(ax):
+    for row in _OF_ANY_PHASE:
+        if row.is_active(ax):
             row.end(ax)
 
 
 def generate_set_point(ax: AxisFields, dt: float) -> None:
     """Set point of this cycle, by the generator whose turn it is."""
     if ax.external_setpoint_active or ax.drive_operation_mode:
-        for row in _LEADING:
-            if row.leads(ax):
+        for row in _OF_ANY_PHASE:
+            if row.is_active(ax):
                 row.step(ax, dt)
                 return
     phase = ax.set_motion_phase

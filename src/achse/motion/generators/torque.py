@@ -19,7 +19,7 @@ _LARGEST = 1e10
 """Torques beyond are none."""
 
 
-def leads(ax: AxisFields) -> bool:
+def is_active(ax: AxisFields) -> bool:
     """In torque mode, with a torque command or without."""
     return ax.drive_operation_mode in TORQUE_MODES
 

@@ -85,16 +85,16 @@ class FifoGroup(AxisGroup):
         rows = self._cut(values)
         if isinstance(rows, NcError):
             return rows
-        kept = 0
+        retained = 0
         if self.started:
-            kept = int(self._place + _NEARLY) - self._first + 1
+            retained = int(self._place + _NEARLY) - self._first + 1
             if self._place - int(self._place + _NEARLY) > _NEARLY:
-                kept += self._interpolation.behind
-        kept = min(kept, len(self._rows))
-        ahead = self.saf_entry_count - (len(self._rows) - kept)
+                retained += self._interpolation.behind
+        retained = min(retained, len(self._rows))
+        ahead = self.saf_entry_count - (len(self._rows) - retained)
         if len(rows) > self.length - ahead:
             return NcError.TABLE_FIFO_OVERWRITE
-        while len(self._rows) > kept:
+        while len(self._rows) > retained:
             self._rows.pop()
         self._rows.extend(rows)
         return OK

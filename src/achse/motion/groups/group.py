@@ -80,8 +80,8 @@ class AxisGroup(ABC):
         if len(ids) > len(self.places):
             return NcError.GROUP_MASTER_INDEX
         ids = [*ids, *(0,) * (len(self.places) - len(ids))]
-        given = [id for id in ids if id]
-        if len(set(given)) < len(given):
+        axis_ids = [id for id in ids if id]
+        if len(set(axis_ids)) < len(axis_ids):
             return NcError.MASTER_NOT_INSERTED
         return self._take(dict(enumerate(ids)))
 
@@ -99,7 +99,7 @@ class AxisGroup(ABC):
         if self.moving:
             return NcError.GROUP_BUSY
         ours = self.members
-        found: dict[int, Axis | None] = {}
+        assignment: dict[int, Axis | None] = {}
         for place, id in wanted.items():
             axis = self._axes.get(id)
             if id and axis is None:
@@ -108,18 +108,18 @@ class AxisGroup(ABC):
                 code = check_in_group(axis)
                 if code:
                     return code
-            found[place] = axis
-        code = self.check_assign(found)
+            assignment[place] = axis
+        code = self.check_assign(assignment)
         if code:
             return code
-        for place, axis in found.items():
+        for place, axis in assignment.items():
             self.places[place] = axis
-        kept = self.members
+        members = self.members
         for axis in ours:
-            if axis not in kept:
+            if axis not in members:
                 leave_group(axis)
                 axis.group = None
-        for axis in kept:
+        for axis in members:
             if axis not in ours:
                 join_group(axis)
                 axis.group = self

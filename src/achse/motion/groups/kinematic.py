@@ -81,13 +81,13 @@ class KinematicGroup(AxisGroup):
         What follows is put where it belongs: places get the position that the axes have. 0x42E0 for
         lists that do not match, 0x4234 where the kinematics has no solution.
         """
-        given = [id for id in (*mcs, *acs) if id]
+        axis_ids = [id for id in (*mcs, *acs) if id]
         matches = [bool(id) for id in mcs] == [bool(id) for id in acs]
-        if not any(mcs) or not matches or len(set(given)) < len(given):
+        if not any(mcs) or not matches or len(set(axis_ids)) < len(axis_ids):
             return NcError.GROUP_PARAMETER
         if self.moving and not self._stands():
             return NcError.GROUP_BUSY
-        if any(id not in self._axes for id in given):
+        if any(id not in self._axes for id in axis_ids):
             return NcError.AXIS_ID
         both = {
             True: [self._axes[id] if id else None for id in mcs],
@@ -138,8 +138,8 @@ class KinematicGroup(AxisGroup):
         return self.dissolve()
 
     def _stands(self) -> bool:
-        led = [axis for axis in self.leading if axis is not None]
-        return not any(busy(axis) for axis in led) and not any(self._velocities)
+        axes = [axis for axis in self.leading if axis is not None]
+        return not any(busy(axis) for axis in axes) and not any(self._velocities)
 
     @property
     def wants_to_move(self) -> bool:
@@ -167,8 +167,8 @@ class KinematicGroup(AxisGroup):
             self._begin_motion()
 
     def _check_follow(self) -> int:
-        leads = [axis for axis in self.leading if axis is not None]
-        if any(axis.set.velocity for axis in leads):
+        axes = [axis for axis in self.leading if axis is not None]
+        if any(axis.set.velocity for axis in axes):
             return NcError.GROUP_BUSY
         wanted = list(self._pose)
         places = [0.0 if axis is None else axis.set.position for axis in self.leading]
@@ -188,27 +188,27 @@ class KinematicGroup(AxisGroup):
         if self._has_lost_axis():
             self._fail(self.error_code or NcError.GROUP_CONSEQUENTIAL_ERROR)
             return
-        leads = [0.0 if axis is None else axis.set.position for axis in self.leading]
+        leading = [0.0 if axis is None else axis.set.position for axis in self.leading]
         if self.by_axes:
-            self._pose = leads
-            led = [0.0] * COORDINATES
-            solved = self._solve(self.law.forward, leads, led)
+            self._pose = leading
+            following = [0.0] * COORDINATES
+            solved = self._solve(self.law.forward, leading, following)
         else:
-            led = list(self._pose)
-            solved = self._solve(self.law.inverse, leads, led)
+            following = list(self._pose)
+            solved = self._solve(self.law.inverse, leading, following)
         if not solved:
             self._fail(NcError.NUMBER_RANGE_LEFT)
             return
         if not self.by_axes:
-            self._pose = led
+            self._pose = following
         still = True
         for n, axis in enumerate(self.places):
             if axis is None:
                 continue
-            velocity = (led[n] - axis.group_set_point.position) / dt
+            velocity = (following[n] - axis.group_set_point.position) / dt
             acceleration = (velocity - self._velocities[n]) / dt
             self._velocities[n] = velocity
-            axis.group_set_point.position, axis.group_set_point.velocity = led[n], velocity
+            axis.group_set_point.position, axis.group_set_point.velocity = following[n], velocity
             axis.group_set_point.acceleration = acceleration
             still = still and velocity == 0.0
         if still and not any(
@@ -217,16 +217,16 @@ class KinematicGroup(AxisGroup):
             self._end_motion()
 
     def _solve(
-        self, transformation: Transformation, given: Sequence[float], found: list[float]
+        self, transformation: Transformation, source: Sequence[float], result: list[float]
     ) -> bool:
-        """Return True if there is a solution, which is in `found` then.
+        """Return True if there is a solution, which is in `result` then.
 
         Numbers that a law cannot compute with have none, and a law of a user may raise anything:
         neither ends the cycle.
         """
         try:
-            solved = bool(transformation(self.numbers, given, found))
-            return solved and len(found) == COORDINATES and all(map(isfinite, found))
+            solved = bool(transformation(self.numbers, source, result))
+            return solved and len(result) == COORDINATES and all(map(isfinite, result))
         except (ArithmeticError, ValueError):
             return False
         except Exception as failure:

@@ -108,10 +108,10 @@ class PathGroup(PathGroupParameters):
 
     def check_assign(self, places: Mapping[int, Axis | None]) -> int:
         """Auxiliary axes need a main axis (0x42F0)."""
-        held = {place for place, id in enumerate(self.ids) if id}
-        held |= {place for place, axis in places.items() if axis is not None}
-        held -= {place for place, axis in places.items() if axis is None}
-        if held and not any(place < MAIN_AXES for place in held):
+        occupied = {place for place, id in enumerate(self.ids) if id}
+        occupied |= {place for place, axis in places.items() if axis is not None}
+        occupied -= {place for place, axis in places.items() if axis is None}
+        if occupied and not any(place < MAIN_AXES for place in occupied):
             return NcError.AUXILIARY_AXIS_COUNT
         return OK
 
@@ -450,8 +450,8 @@ class PathGroup(PathGroupParameters):
     @property
     def saf_state(self) -> SafState:
         """State in the set-point task; at rest at the end of the path it is ready."""
-        found = super().saf_state
-        return SafState.READY if found is SafState.RUNNING and self.rests else found
+        state = super().saf_state
+        return SafState.READY if state is SafState.RUNNING and self.rests else state
 
     @property
     def saf_table_size(self) -> int:

@@ -14,14 +14,14 @@ from achse.motion.groups.states import GroupType
 
 def _kinematic(parameters: GroupParameters, axes: Mapping[int, Axis]) -> KinematicGroup:
     """A group with the law that its parameters name."""
-    asked = parameters.kinematics
-    if asked.file is None and asked.law not in KINEMATICS:
+    kinematics = parameters.kinematics
+    if kinematics.file is None and kinematics.law not in KINEMATICS:
         raise GroupParametersError(
-            f"group {parameters.group_id}: kinematics {asked.law!r}, expected "
+            f"group {parameters.group_id}: kinematics {kinematics.law!r}, expected "
             f"{', '.join(KINEMATICS)} or a file"
         )
-    law = KINEMATICS[asked.law] if asked.file is None else law_from_file(asked.file)
-    numbers = law.in_order(asked.values, f"group {parameters.group_id}: kinematics")
+    law = KINEMATICS[kinematics.law] if kinematics.file is None else law_from_file(kinematics.file)
+    numbers = law.in_order(kinematics.values, f"group {parameters.group_id}: kinematics")
     return KinematicGroup(parameters, axes, law, numbers)
 
 

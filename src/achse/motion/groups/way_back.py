@@ -25,9 +25,9 @@ class WayBack:
         """True if the present path is kept."""
         self._turned_at = 0.0
 
-    def begin(self, kept: bool) -> None:
+    def begin(self, keeps_path: bool) -> None:
         """A path begins."""
-        self.keeps_path, self._turned_at = kept, 0.0
+        self.keeps_path, self._turned_at = keeps_path, 0.0
 
     @property
     def backwards(self) -> bool:

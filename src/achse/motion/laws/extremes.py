@@ -154,7 +154,7 @@ def _width(element: "array[float]", end: float) -> float:
 def _critical(element: "array[float]", end: float) -> Iterator[list[float]]:
     """Master positions where position, velocity, acceleration, jerk and momentum may be extreme."""
     width = _width(element, end)
-    found: list[list[float]]
+    roots_by_order: list[list[float]]
     if element[SIZE] == 0.0 and element[SECOND_SIZE] == 0.0:
         first = _derived(element[COEFFICIENT : COEFFICIENT + int(element[DEGREE]) + 1])
         second = _derived(first)
@@ -162,7 +162,7 @@ def _critical(element: "array[float]", end: float) -> Iterator[list[float]]:
         square, cross = _product(second, second), _product(first, third)
         cross += [0.0] * (len(square) - len(cross))
         momentum = [one + other for one, other in zip(square, cross, strict=False)]
-        found = [
+        roots_by_order = [
             _polynomial_roots(each, width)
             for each in (first, second, third, _derived(third), momentum)
         ]
@@ -186,8 +186,10 @@ def _critical(element: "array[float]", end: float) -> Iterator[list[float]]:
             _, v, a, j = element_values(element, 0, element[BEGIN] + w / element[RATE])
             return a * a + v * j
 
-        found = [_crossings(each, places) for each in (at(1), at(2), at(3), snap, momentum_slope)]
-    for roots in found:
+        roots_by_order = [
+            _crossings(each, places) for each in (at(1), at(2), at(3), snap, momentum_slope)
+        ]
+    for roots in roots_by_order:
         yield [element[BEGIN] + w / element[RATE] for w in roots]
 
 

@@ -119,12 +119,12 @@ def _mirrored(law: Callable[[Ends], list[_Part]]) -> Callable[[Ends], list[_Part
 
     def mirror(ends: Ends) -> list[_Part]:
         parts = law(Ends(ends.way, ends.end_velocity, 0.0, 0.0, ends.velocity))
-        found: list[_Part] = []
+        mirrored: list[_Part] = []
         stop = 1.0
         for begin, coefficients, sine, second in reversed(parts):
             width = stop - begin  # g over w in 0..width becomes h - g(width - w)
             shifted = _reversed(coefficients, width)
-            found.append(
+            mirrored.append(
                 _part(
                     1.0 - stop,
                     ends.way - shifted[0],
@@ -134,7 +134,7 @@ def _mirrored(law: Callable[[Ends], list[_Part]]) -> Callable[[Ends], list[_Part
                 )
             )
             stop = begin
-        return found
+        return mirrored
 
     return mirror
 

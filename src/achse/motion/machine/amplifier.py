@@ -41,11 +41,11 @@ _ENABLE = 1 << 0
 _LIMITS = 1 << 0
 
 
-def report(a: Amplifier, plain: bool = False) -> None:
-    """Put the inputs of the drive into its structure; of a `plain` one only what moves."""
+def report(a: Amplifier, fast: bool = False) -> None:
+    """Put the inputs of the drive into its structure; on the `fast` path only what moves."""
     m = a.machine
     io = a.io
-    if (not plain and not m.plain) or io.ctrl1 != a.reported_control or a.limited:
+    if (not fast and not m.fast_path) or io.ctrl1 != a.reported_control or a.limited:
         _report_status(a)
     torque = m.torque
     if torque != 0.0 or io.data_in2 != 0:
@@ -74,7 +74,7 @@ def has_unreported_outputs(a: Amplifier) -> bool:
     return a.io.state3 != a.io.ctrl3 or a.io.ctrl1 != a.reported_control
 
 
-def _plain(a: Amplifier, m: Machine) -> bool:
+def _fits_fast_path(a: Amplifier, m: Machine) -> bool:
     """Return True if the machine is a motor without load, one drive and one encoder without noise.
 
     Nothing but enabling the drive changes what such a drive reports of its state. What follows from
@@ -98,7 +98,7 @@ def _report_status(a: Amplifier) -> None:
     """Report the state of the drive, its limit switches and its inputs."""
     m = a.machine
     io = a.io
-    m.plain = 1 if _plain(a, m) else 0
+    m.fast_path = 1 if _fits_fast_path(a, m) else 0
     a.reported_control = io.ctrl1
     state1 = STATUS_ENABLED if io.ctrl1 & _ENABLE and a.number == m.driver else 0
     state2 = 0
@@ -142,11 +142,11 @@ def move(m: Machine, velocity: float, way: float, lasting: int) -> None:
 
 
 def _show_torque(
-    a: Amplifier, m: Machine, before: float, velocity: float, dt: float, plain: bool = False
+    a: Amplifier, m: Machine, before: float, velocity: float, dt: float, fast: bool = False
 ) -> None:
     """Torque of the motor: what accelerates it, against load and friction."""
-    torque = (velocity - before) / dt / a.torque_scale + (0.0 if plain else m.load_torque)
-    if plain:
+    torque = (velocity - before) / dt / a.torque_scale + (0.0 if fast else m.load_torque)
+    if fast:
         m.torque = torque
         return
     if velocity > 0.0:
@@ -276,9 +276,9 @@ def _follow_position(a: Amplifier, dt: float) -> None:
         return
     before = m.velocity
     velocity = way / dt
-    told = _in_direction(a, io.data_out2 / a.velocity_weight)
-    if abs(velocity - told) * dt * a.position_weight <= 2.0:  # but for rounded increments
-        velocity = told
+    commanded = _in_direction(a, io.data_out2 / a.velocity_weight)
+    if abs(velocity - commanded) * dt * a.position_weight <= 2.0:  # but for rounded increments
+        velocity = commanded
     move(m, velocity, way, a.delay + 2)
     _show_torque(a, m, before, velocity, dt)
 
@@ -318,22 +318,22 @@ def _adapt(a: Amplifier, dt: float) -> None:
     m.adapt = 0
 
 
-def drive_servo(a: Amplifier, spans: Sequence[CurveSpan], dt: float, plain: bool = False) -> None:
-    """Move the motor until the next cycle, as the outputs say; see `_plain`.
+def drive_servo(a: Amplifier, spans: Sequence[CurveSpan], dt: float, fast: bool = False) -> None:
+    """Move the motor until the next cycle, as the outputs say; see `_fits_fast_path`.
 
     A dynamic container tells the drive how the velocity goes on in this cycle, not only its begin.
     """
     m = a.machine
     io = a.io
     mode = io.ctrl3
-    if not plain and m.adapt:
+    if not fast and m.adapt:
         _adapt(a, dt)
-    if not plain and a.delays:
+    if not fast and a.delays:
         _set_delay(a, mode, dt)
     command = 0.0
     if io.ctrl1 & _ENABLE:
         if not mode:
-            if plain or (not a.valve_count and not a.nonlinear):
+            if fast or (not a.valve_count and not a.nonlinear):
                 command = a.full_velocity * (io.data_out1 / a.full_output)
             else:
                 command = a.full_velocity * _valve(a, spans)
@@ -349,21 +349,21 @@ def drive_servo(a: Amplifier, spans: Sequence[CurveSpan], dt: float, plain: bool
     elif mode in POSITION_MODES:
         _follow_position(a, dt)
         return
-    delay = 0 if plain else a.delay
+    delay = 0 if fast else a.delay
     if delay > 0:
         command = _delayed(a, command)
-    if not plain and m.limit_switch and outward(m, command):
+    if not fast and m.limit_switch and outward(m, command):
         command = 0.0
     before = m.velocity
-    if (not plain and a.loads) or io.data_out4 or (mode and mode in TORQUE_MODES):
+    if (not fast and a.loads) or io.data_out4 or (mode and mode in TORQUE_MODES):
         velocity = loaded(a, command, before, dt)
     else:
         a.limited = 0
         velocity = before + (command - before) * a.lag_weight
     if command == 0.0 and abs(velocity) < _STILL:
         velocity = 0.0
-    if not plain and m.blocked:
+    if not fast and m.blocked:
         velocity = 0.0
     move(m, velocity, velocity * dt, delay + 2)
-    if velocity != before or m.torque != 0.0 or (not plain and m.load_torque != 0.0):
-        _show_torque(a, m, before, velocity, dt, plain)
+    if velocity != before or m.torque != 0.0 or (not fast and m.load_torque != 0.0):
+        _show_torque(a, m, before, velocity, dt, fast)

@@ -106,9 +106,9 @@ class AmplifierView(_Amplifier):
 def _wake(machine: MachineView) -> None:
     if machine.resting:
         machine.resting = 0
-    if machine.quiet_cycles or machine.plain or machine.adapt == 0:
+    if machine.quiet_cycles or machine.fast_path or machine.adapt == 0:
         machine.quiet_cycles = 0
-        machine.plain = 0
+        machine.fast_path = 0
         machine.adapt = 1
 
 
@@ -145,7 +145,7 @@ class Hardware:
 
     @property
     def rows(self) -> HardwareRows:
-        """The rows for a plain kernel."""
+        """The rows for a kernel that runs as Python."""
         return HardwareRows(
             self._machines.arguments[0], self._sensors.arguments[0], self._amplifiers.arguments[0]
         )

@@ -30,9 +30,9 @@ class HardwareRows:
 
 def write_inputs(machine: Machine, hardware: HardwareRows) -> None:
     """Before the cycle of the NC: what the hardware of a machine says now."""
-    if machine.plain and not machine.resting:
-        sense(machine.sensor, plain=True)
-        report(machine.amplifier, plain=True)
+    if machine.fast_path and not machine.resting:
+        sense(machine.sensor, fast=True)
+        report(machine.amplifier, fast=True)
     elif machine.several:
         if machine.on_bus == 0:
             _write_all_inputs(machine, hardware)
@@ -58,11 +58,11 @@ def carry_out(
 ) -> None:
     """After the cycle of the NC: its outputs move the machine until the next one."""
     amplifier = machine.amplifier
-    if machine.plain and not machine.resting:
+    if machine.fast_path and not machine.resting:
         if machine.sensor.io.fresh:
             arm_latches(machine.sensor)
         amplifier.io.fresh = 0
-        drive_servo(amplifier, spans, dt, plain=True)
+        drive_servo(amplifier, spans, dt, fast=True)
         return
     if machine.several:
         if machine.on_bus:

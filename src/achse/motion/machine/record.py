@@ -6,7 +6,7 @@ configuration says otherwise; from then on nothing that is written to the NC cha
 Places are in axis units, in the direction of the axis, from where its encoder counted 0 at first.
 """
 
-from achse.motion.fields.declare import Field, Role, flag, real, reals, whole, wholes
+from achse.motion.fields.declare import Field, Role, flag, floats, ints, real, whole
 from achse.motion.fields.often import OFTEN
 from achse.motion.port import DRIVE_IO, ENCODER_IO, DriveIo, EncoderIo
 from achse.native.declare import lay_out, plain_record, reference
@@ -67,7 +67,7 @@ class _MachineState:
     resting: int = flag(0, "nothing moves until an output or a parameter changes")
     quiet_cycles: int = whole(0, "1", "cycles without a movement")
     adapt: int = flag(1, "something about it has changed: derived values must be computed again")
-    plain: int = flag(0, "it is a motor without load, one drive and one encoder without noise")
+    fast_path: int = flag(0, "it is a motor without load, one drive and one encoder without noise")
     several: int = flag(0, "it has more than one sensor or amplifier, or is on a bus")
     on_bus: int = flag(0, "a bus fills the structures of its axis instead")
     first_sensor: int = whole(0, "1", "row of its first sensor, the others are behind it")
@@ -139,7 +139,7 @@ class _AmplifierState:
     valve_first: int = whole(0, "1", "first span of the curve of the valve")
     valve_count: int = whole(0, "1", "its spans, 0 = none")
     valve_inverse: int = flag(0, "the curve goes from velocity to output")
-    masks: list[int] = wholes(STEPPER_CYCLES, "bits", "excitations of a stepper motor in turn")
+    masks: list[int] = ints(STEPPER_CYCLES, "bits", "excitations of a stepper motor in turn")
     mask_count: int = whole(0, "1", "excitations in turn, 0 = it takes a frequency")
     mask_bits: int = whole(0, "bits", "all bits of the excitations")
     reported_control: int = whole(0, "bits", "control 1 when the state was reported last")
@@ -148,7 +148,7 @@ class _AmplifierState:
     mode: int = whole(0, "DriveOperationMode", "operation mode in force")
     delay: int = whole(0, "1", "cycles from output to drive")
     delay_index: int = whole(0, "1", "next slot of the dead-time line")
-    delayed: list[float] = reals(DEAD_TIME, "1", "outputs under way to the drive")
+    delayed: list[float] = floats(DEAD_TIME, "1", "outputs under way to the drive")
     step_index: int = whole(0, "1", "excitation of the present step, or level of the frequency")
     step_cycles: int = whole(0, "1", "cycles since the last step")
     step_interval: int = whole(0, "1", "cycles between the last two steps")

@@ -42,16 +42,16 @@ def _shown(s: Sensor, count: int) -> int:
     return count % (s.encoder_mask + 1)
 
 
-def sense(s: Sensor, plain: bool = False) -> None:
-    """Put the inputs of the encoder into its structure; a `plain` one's data are valid."""
+def sense(s: Sensor, fast: bool = False) -> None:
+    """Put the inputs of the encoder into its structure; on the `fast` path the data are valid."""
     m = s.machine
     io = s.io
-    if not plain and m.io_invalid:
+    if not fast and m.io_invalid:
         if io.state4 == 0:
             io.state4 = STATUS_INVALID
             io.has_changed = 1
         return
-    if not plain and io.state4:
+    if not fast and io.state4:
         io.state4 = 0
         io.has_changed = 1
     position = m.position
@@ -60,19 +60,19 @@ def sense(s: Sensor, plain: bool = False) -> None:
         way = -way
     way += s.zero + 0.5
     count = floor(way) if abs(way) < _FARTHEST else count_at(s, position)
-    if not plain and s.noise > 0.0:
+    if not fast and s.noise > 0.0:
         s.noise_state = (s.noise_state * 1_103_515_245 + 12_345) % 0x8000_0000
         count += floor(s.noise * (s.noise_state / 1_073_741_824.0 - 1.0) + 0.5)
     if count != s.count:
         s.count = count
-        if (plain or s.encoder_mask == FULL_MASK) and abs(count) < _HALF:
+        if (fast or s.encoder_mask == FULL_MASK) and abs(count) < _HALF:
             io.data_in1 = count
         else:
             io.data_in1 = _shown(s, count)
         io.has_changed = 1
-    if plain or not m.cam_input:
+    if fast or not m.cam_input:
         cam = 0
-        if not plain and m.period > 0.0:
+        if not fast and m.period > 0.0:
             cam = CAM_CLOSED if cam_closed(m) else 0
         elif m.cam_begin <= position <= m.cam_end:
             cam = CAM_CLOSED

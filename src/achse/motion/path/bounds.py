@@ -60,9 +60,9 @@ def bound(element: PathElement, axes: Sequence[PathAxis], state: PathState) -> N
         element.spans = SPANS
         for k in range(SPANS):
             element.ends[k] = element.ways[(KNOTS - 1) // SPANS * (k + 1)]
-    element.path_acceleration = _asked(state.path_acceleration)
-    element.path_deceleration = _asked(state.path_deceleration)
-    element.path_jerk = _asked(state.path_jerk)
+    element.path_acceleration = _limit_of(state.path_acceleration)
+    element.path_deceleration = _limit_of(state.path_deceleration)
+    element.path_jerk = _limit_of(state.path_jerk)
     element.deceleration = element.path_deceleration
     element.jerk = element.path_jerk
     for k in range(element.spans):
@@ -106,7 +106,7 @@ def span_feed(element: PathElement, k: int) -> float:
     return feed_at(element, 0.5 * (begin + element.ends[k]))
 
 
-def _asked(value: float) -> float:
+def _limit_of(value: float) -> float:
     return value if value > 0.0 else ENDLESS
 
 

@@ -154,19 +154,19 @@ def _entry(junction: PathJunction, length: float, speed: float, limit: float) ->
         junction_deceleration(junction, junction.cap),
         junction_jerk(junction, junction.cap),
     )
-    found = reachable(speed, length, down, jerk)
+    highest = reachable(speed, length, down, jerk)
     even = (
         junction.deceleration >= junction.rest
         and junction.jerk >= junction.first_jerk
         and junction.power >= ENDLESS
     )
-    if even or found >= limit:
-        return min(found, limit)
+    if even or highest >= limit:
+        return min(highest, limit)
     # the slower it is entered, the more it can brake
     low, high = 0.0, junction.cap
     for _ in range(_ROUNDS):
         v = 0.5 * (low + high)
-        if v <= found:
+        if v <= highest:
             low = v
             continue
         entry = reachable(
@@ -178,5 +178,5 @@ def _entry(junction: PathJunction, length: float, speed: float, limit: float) ->
                 return limit
         else:
             high = v
-            found = entry
-    return min(max(low, found), limit)
+            highest = entry
+    return min(max(low, highest), limit)

@@ -475,20 +475,20 @@ class PathPlanner:
 
         Of the present one, what is left of it. A rounded corner counts to the segment before it.
         """
-        state, found = self.state, list[tuple[int, float]]()
+        state, blocks = self.state, list[tuple[int, float]]()
         for n in range(state.current, state.following):
             element = self._elements[n % len(self._elements)]
             if element.kind == ElementKind.WAIT:
                 continue
             done = max(0.0, state.way - element.first) if n == state.current else 0.0
             left = max(0.0, element.length - done)
-            if found and found[-1][0] == element.block:
-                found[-1] = (element.block, found[-1][1] + left)
-            elif len(found) == most:
+            if blocks and blocks[-1][0] == element.block:
+                blocks[-1] = (element.block, blocks[-1][1] + left)
+            elif len(blocks) == most:
                 break
             else:
-                found.append((int(element.block), left))
-        return found
+                blocks.append((int(element.block), left))
+        return blocks
 
     def delete_distance_to_go(self) -> None:
         """Drop all that is left of the path; PathError unless it is at rest.

@@ -193,29 +193,29 @@ def _peak_rise(
 
 
 def _eased_hold(
-    distance: float, held: float, gap: float, end: float, dec: float, jerk: float, slack: float
+    distance: float, braked: float, gap: float, end: float, dec: float, jerk: float, slack: float
 ) -> float:
     """Time r such that easing the deceleration to jerk r, then braking to `end`, fits `distance`.
 
-    The deceleration now is jerk `held`; released to zero it would leave the velocity end + jerk gap
-    (gap > 0), and `distance` is counted from the position that belongs to this. The time falls from
-    `held` (brake on) to 0 (release) as the distance grows; -1 if even braking on is too long.
+    The deceleration now is jerk `braked`; released to zero it would leave the velocity
+    end + jerk gap (gap > 0), and `distance` is counted from the position that belongs to this. The time falls from
+    `braked` (brake on) to 0 (release) as the distance grows; -1 if even braking on is too long.
     """
     full = dec / jerk
     both = 2.0 * end + jerk * gap
     keep = sqrt(full * full - gap) if gap < full * full else 0.0
-    if held > keep:
+    if braked > keep:
         # For r > keep the braking holds `dec`: with k = full - r the distance exceeds that of k = 0
         # by jerk k²/full (c/2 - full k + k²/2), convex and rising in k.
         half = end / jerk + gap + 0.5 * full * full
         at_full = gap / full * (end + 0.5 * jerk * (gap - full * full))
         more = (distance - at_full) * full / jerk
-        k = full - held
+        k = full - braked
         least = k * k * (half - full * k + 0.5 * k * k)
         if more < least:
             if more < least - slack * full / jerk:
                 return -1.0
-            return held
+            return braked
         k = gap / (full + keep) if keep > 0.0 else full
         if more <= k * k * (half - full * k + 0.5 * k * k):
             steep = 2.0 * end / jerk + full * full
@@ -236,18 +236,18 @@ def _eased_hold(
                 if abs(step) <= CONVERGED * k:
                     break
             r = full - k
-            return r if r < held else held
+            return r if r < braked else braked
     else:
-        wide = sqrt(gap + held * held) + held
+        wide = sqrt(gap + braked * braked) + braked
         h = gap / wide
         least = (both + 0.25 * jerk * h * h) * h - 0.25 * jerk * gap * wide
         if distance < least:
-            return -1.0 if distance < least - slack else held
+            return -1.0 if distance < least - slack else braked
     # The braking peaks below `dec`: with h = sqrt(gap + r²) - r the distance is
     # both h + jerk h³/4 - jerk gap²/(4 h), and times h a convex quartic.
     low = 0.25 * jerk * gap * gap
     if low <= NEGLIGIBLE:
-        return held
+        return braked
     root = sqrt(distance * distance + 4.0 * both * low)
     h = (distance + root) / (2.0 * both) if distance > 0.0 else 2.0 * low / (root - distance)
     for i in range(MAX_ITERATIONS):
@@ -261,7 +261,7 @@ def _eased_hold(
     r = 0.5 * (gap / h - h)
     if r < 0.0:
         return 0.0
-    return r if r < held else held
+    return r if r < braked else braked
 
 
 def _append_approach(
@@ -304,16 +304,16 @@ def _append_approach(
                 distance -= time * (top + swing + 0.5 * dec * time)
         settled = top
     # The ramp up is on the jerk line through (v, a), which leaves a = 0 at velocity `start`.
-    held = -a / jerk
+    braked = -a / jerk
     start = v - swing if a > 0.0 else settled
-    distance -= held * (start + jerk * held * held / 6.0)
+    distance -= braked * (start + jerk * braked * braked / 6.0)
     release = 0.5 * ((settled + end) * ramp_time(abs(settled - end), dec, jerk))
     if a < 0.0 and settled > end and distance < release:
         gap = (settled - end) / jerk
-        r = _eased_hold(distance, held, gap, end, dec, jerk, slack)
+        r = _eased_hold(distance, braked, gap, end, dec, jerk, slack)
         if r < 0.0:
             return _OVERSHOOT
-        n = append_segment(seg_time, seg_jerk, n, held - r, sign * jerk)
+        n = append_segment(seg_time, seg_jerk, n, braked - r, sign * jerk)
         change = jerk * (gap + r * r)
         return append_ramp(seg_time, seg_jerk, n, change, jerk * r, dec, jerk, -sign * jerk)
     base = settled
@@ -359,9 +359,9 @@ def _append_rise(
     """
     acc, _, jerk = limits
     if a < 0.0:
-        held = -a / jerk
-        distance -= segment_position(held, jerk, 0.0, v, a)
-        n = append_segment(seg_time, seg_jerk, n, held, sign * jerk)
+        braked = -a / jerk
+        distance -= segment_position(braked, jerk, 0.0, v, a)
+        n = append_segment(seg_time, seg_jerk, n, braked, sign * jerk)
         v -= a * a / (2.0 * jerk)
         a = 0.0
     lead = a / jerk

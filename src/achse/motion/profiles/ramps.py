@@ -157,10 +157,10 @@ def reachable_velocity(distance: float, v: float, a: float, limit: float, jerk: 
     Travel frame: v >= 0, and a negative `a` can be released before v = 0.
     """
     jerk = bounded(jerk)
-    held = -a / jerk
+    braked = -a / jerk
     swing = a * a / (2.0 * jerk)
     start = v - swing
-    distance -= held * (start + jerk * held * held / 6.0)
+    distance -= braked * (start + jerk * braked * braked / 6.0)
     if distance < 0.0:
         return -1.0
     highest = highest_velocity(distance, start, limit, jerk)

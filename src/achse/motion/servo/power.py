@@ -51,9 +51,9 @@ def command(s: Servo) -> int:
     A fault is reset by an edge: it needs a cycle without the bit first, and it is tried as long as
     the drive shows the fault, at most `reset_limit` cycles.
     """
-    asked = s.drive.ctrl1
+    control = s.drive.ctrl1
     state = s.power
-    if asked & CONTROL_RESET and s.resetting == 0 and state >= REACTION:
+    if control & CONTROL_RESET and s.resetting == 0 and state >= REACTION:
         s.resetting = s.reset_limit
     if state >= REACTION:
         if s.resetting > 0:
@@ -62,7 +62,7 @@ def command(s: Servo) -> int:
                 return _FAULT_RESET
         return _DISABLE_VOLTAGE
     s.resetting = 0
-    if asked & (CONTROL_ENABLE | CONTROL_WISH) == 0:
+    if control & (CONTROL_ENABLE | CONTROL_WISH) == 0:
         return _DISABLE_VOLTAGE if state == QUICK_STOP else _SHUTDOWN
     if state == DISABLED:
         return _SHUTDOWN

@@ -1,6 +1,6 @@
 """The record of a servo: the objects of the drive, what the axis asks of it, what is under way."""
 
-from achse.motion.fields.declare import Field, flag, real, whole, wholes
+from achse.motion.fields.declare import Field, flag, ints, real, whole
 from achse.motion.port import DRIVE_IO, ENCODER_IO, DriveIo, EncoderIo
 from achse.native.declare import lay_out, plain_record, reference
 
@@ -77,13 +77,13 @@ class _Mapping:
     can_velocity: int = flag(0, "60FFh is there")
     can_torque: int = flag(0, "6071h is there")
     input_count: int = whole(0, "1", "entries that are read")
-    input_at: list[int] = wholes(ENTRIES, "byte", "where they begin in the inputs")
-    input_size: list[int] = wholes(ENTRIES, "byte", "their sizes; below 0 with a sign")
-    input_word: list[int] = wholes(ENTRIES, "word", "the fields of this record they are")
+    input_at: list[int] = ints(ENTRIES, "byte", "where they begin in the inputs")
+    input_size: list[int] = ints(ENTRIES, "byte", "their sizes; below 0 with a sign")
+    input_word: list[int] = ints(ENTRIES, "word", "the fields of this record they are")
     output_count: int = whole(0, "1", "entries that are sent")
-    output_at: list[int] = wholes(ENTRIES, "byte", "where they begin in the outputs")
-    output_size: list[int] = wholes(ENTRIES, "byte", "their sizes")
-    output_word: list[int] = wholes(ENTRIES, "word", "the fields of this record they are")
+    output_at: list[int] = ints(ENTRIES, "byte", "where they begin in the outputs")
+    output_size: list[int] = ints(ENTRIES, "byte", "their sizes")
+    output_word: list[int] = ints(ENTRIES, "word", "the fields of this record they are")
 
 
 class _State:
@@ -103,8 +103,8 @@ class _State:
     speed: float = real(0.0, "INC/s", "velocity of the motor")
     integral: float = real(0.0, "‰", "I-part of the velocity loop")
     dead_cycles: float = real(0.0, "1", "cycles by which the actual position is late, measured")
-    probe_armed: list[int] = wholes(PROBES, "bits", "byte of 60B8h that a probe works with")
-    probe_taken: list[int] = wholes(PROBES, "bits", "edges of it that were passed on")
+    probe_armed: list[int] = ints(PROBES, "bits", "byte of 60B8h that a probe works with")
+    probe_taken: list[int] = ints(PROBES, "bits", "edges of it that were passed on")
     probe_homing: int = flag(0, "probe 1 looks for the sync pulse of a homing")
 
 

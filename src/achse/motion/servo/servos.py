@@ -109,11 +109,11 @@ class Servos:
             self.send = _bound(SEND, self._store, self.outputs, self._dt)
         else:
             reads = [
-                _reader(s, _found(link.inputs, INPUT_OBJECTS), self.inputs)
+                _reader(s, _known_objects(link.inputs, INPUT_OBJECTS), self.inputs)
                 for s, link in zip(self._store.arguments[0], links, strict=True)
             ]
             writes = [
-                _writer(s, _found(link.outputs, OUTPUT_OBJECTS), self.outputs)
+                _writer(s, _known_objects(link.outputs, OUTPUT_OBJECTS), self.outputs)
                 for s, link in zip(self._store.arguments[0], links, strict=True)
             ]
             self._take_inputs = partial(_take_plain, self._store.arguments[0], reads, self._dt)
@@ -230,7 +230,7 @@ def _checked(
     entries: Sequence[ProcessEntry], known: dict[int, ServoObject], size: int, what: str
 ) -> dict[int, ProcessEntry]:
     """The entries that an axis knows, by object; each within the image and of its size."""
-    found: dict[int, ProcessEntry] = {}
+    known_entries: dict[int, ProcessEntry] = {}
     for entry in entries:
         row = known.get(entry.index)
         if row is None:
@@ -240,17 +240,17 @@ def _checked(
                 f"{what}: {entry.index:04X}h has {row.size} bytes within {size}, got "
                 f"{entry.size} at {entry.offset}"
             )
-        found[entry.index] = entry
-    if len(found) > ENTRIES:
-        raise ServoError(f"{what}: {len(found)} objects, expected at most {ENTRIES}")
-    return found
+        known_entries[entry.index] = entry
+    if len(known_entries) > ENTRIES:
+        raise ServoError(f"{what}: {len(known_entries)} objects, expected at most {ENTRIES}")
+    return known_entries
 
 
-def _found(
+def _known_objects(
     entries: Sequence[ProcessEntry], known: dict[int, ServoObject]
 ) -> list[tuple[ServoObject, int]]:
-    found = {entry.index: entry for entry in entries if entry.index in known}
-    return [(known[entry.index], entry.offset) for entry in found.values()]
+    by_index = {entry.index: entry for entry in entries if entry.index in known}
+    return [(known[entry.index], entry.offset) for entry in by_index.values()]
 
 
 def _map(

@@ -422,7 +422,7 @@ def shift_encoder(ax: AxisFields, encoder: EncoderFields, shift: float) -> None:
     encoder.actual_position += shift
     for i in range(POSITION_HISTORY):
         encoder.history[i] += shift
-    if encoder.leads:
+    if encoder.in_use:
         ax.controller.observer_position += shift
         ax.monitoring.motion_position += shift
         if ax.homing.state != 0:

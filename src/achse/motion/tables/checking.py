@@ -15,7 +15,7 @@ _WORTH_MACHINE_CODE = 1000
 
 
 def extremes(
-    places: Sequence[float], values: Sequence[float], found: MutableSequence[float]
+    places: Sequence[float], values: Sequence[float], results: MutableSequence[float]
 ) -> None:
     """Shortest and longest step from a place to the next, largest amount of a place or value.
 
@@ -35,18 +35,18 @@ def extremes(
                 shortest = step
             if step > longest:
                 longest = step
-    found[0] = shortest
-    found[1] = longest
-    found[2] = far
+    results[0] = shortest
+    results[1] = longest
+    results[2] = far
 
 
 def extremes_of(places: "array[float]", values: "array[float]") -> tuple[float, float, float]:
     """Shortest and longest step, largest amount; of two rows or more."""
     if len(places) >= _WORTH_MACHINE_CODE and CHECKING.available:
-        found = array("d", [0.0, 0.0, 0.0])
-        rows = (each.buffer_info() for each in (places, values, found))
+        results = array("d", [0.0, 0.0, 0.0])
+        rows = (each.buffer_info() for each in (places, values, results))
         CHECKING.function(*(part for row in rows for part in row))
-        return found[0], found[1], found[2]
+        return results[0], results[1], results[2]
     steps = array("d", map(sub, places[1:], places[:-1]))
     far = max(max(places), max(values), -min(places), -min(values))
     return min(steps), max(steps), far

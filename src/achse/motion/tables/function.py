@@ -140,18 +140,18 @@ def survey_function(numbers: "array[float]") -> list[float]:
 
     Master velocity 1; what the slave demands is exact, see `achse.motion.laws.extremes`.
     """
-    found = extremes_of(numbers)
+    extremes = extremes_of(numbers)
     each = list(elements_of(numbers))
     first, last = each[0], each[-2]
     begin, end = first[BEGIN], numbers[len(numbers) - ELEMENT + BEGIN]
 
     def side(which: int) -> list[float]:
-        position, velocity = found.position[which], found.velocity[which]
-        acceleration: Extreme = found.acceleration[which]
+        position, velocity = extremes.position[which], extremes.velocity[which]
+        acceleration: Extreme = extremes.acceleration[which]
         return [
             *(position.master, position.value, velocity.master, velocity.value),
             *(acceleration.master, acceleration.value, acceleration.velocity),
-            *(found.jerk[which].value, found.momentum[which].value),
+            *(extremes.jerk[which].value, extremes.momentum[which].value),
         ]
 
     return [
@@ -160,6 +160,6 @@ def survey_function(numbers: "array[float]") -> list[float]:
         *(end, *element_values(last, 0, end)),
         *side(0),
         *side(1),
-        found.mean_velocity,
-        found.effective_acceleration,
+        extremes.mean_velocity,
+        extremes.effective_acceleration,
     ]

@@ -47,13 +47,13 @@ class TableLimits:
                 NcError.TABLE_NO_MEMORY,
                 f"{rows} × {columns} take {size} numbers, a table at most {most}",
             )
-        held = {TableType.CHARACTERISTIC: 0, kind: 0}
+        used = {TableType.CHARACTERISTIC: 0, kind: 0}
         for table in others:
             main = table.table_main_type
-            held[main] = held.get(main, 0) + table.size
-        free = self.all_numbers - sum(held.values())
+            used[main] = used.get(main, 0) + table.size
+        free = self.all_numbers - sum(used.values())
         if kind == TableType.CHARACTERISTIC:
-            free = min(free, _ALL_CHARACTERISTICS - held[kind])
+            free = min(free, _ALL_CHARACTERISTICS - used[kind])
         if size > free:
             raise TableError(
                 NcError.TABLE_NO_MEMORY, f"{rows} × {columns}, there is memory for {free} numbers"

@@ -99,14 +99,14 @@ class CamCurve:
     def _scan(self, row: int, step: int, low: float, high: float) -> tuple[int, float, float]:
         """The first row from one on that comes to values from `low` to `high`, -1: none; least and
         greatest value on the way there."""
-        found = array("d", [0.0, 0.0, 0.0])
+        results = array("d", [0.0, 0.0, 0.0])
         rest = self._rows, self._count, row, step, low, high
         if self._count >= _WORTH_MACHINE_CODE and SCANNING.available:
-            rows = (each.buffer_info() for each in (self._cams, found))
+            rows = (each.buffer_info() for each in (self._cams, results))
             SCANNING.function(*(part for each in rows for part in each), *rest)
         else:
-            scan(self._cams, found, *rest)
-        return int(found[0]), found[1], found[2]
+            scan(self._cams, results, *rest)
+        return int(results[0]), results[1], results[2]
 
 
 class FunctionCurve:
@@ -154,7 +154,7 @@ def _value_in(cams: Sequence[float], at: int, way: float) -> float:
 
 def scan(
     cams: Sequence[float],
-    found: MutableSequence[float],
+    results: MutableSequence[float],
     rows: int,
     count: int,
     row: int,
@@ -164,12 +164,12 @@ def scan(
 ) -> None:
     """The first span from `row` on, by `step`, that comes to values from `low` to `high`.
 
-    `found`: its number, -1: none; least and greatest value of the spans up to it. `rows` is where
+    `results`: its number, -1: none; least and greatest value of the spans up to it. `rows` is where
     the first of the `count` spans lies, of which the last is the end only.
     """
     least = inf
     most = -inf
-    found[0] = -1.0
+    results[0] = -1.0
     while 0 <= row < count - 1:
         at = rows + SPAN * row
         width = cams[at + SPAN] - cams[at]
@@ -199,11 +199,11 @@ def scan(
         least = min(least, bottom)
         most = max(most, top)
         if bottom <= high and top >= low:
-            found[0] = row
+            results[0] = row
             break
         row += step
-    found[1] = least
-    found[2] = most
+    results[1] = least
+    results[2] = most
 
 
 def nearest(curve: MonotoneCurve, value: float, start: float) -> tuple[Crossing | None, ...]:
@@ -223,15 +223,15 @@ def _towards(
         place = max(start, curve.begin) if not backwards else min(start, end)
         if not curve.begin <= place <= end:
             return None
-        found = _within(curve, value, place, backwards)
-        return None if found is None else Crossing(found, found, 0.0)
+        solution = _within(curve, value, place, backwards)
+        return None if solution is None else Crossing(solution, solution, 0.0)
     cycle = floor((start - curve.begin) / curve.period)
     for n in _cycles(curve, value, cycle, low, high, backwards):
         lift = n * curve.stroke
         place = start - n * curve.period if n == cycle else end if backwards else curve.begin
-        found = _within(curve, value - lift, min(max(place, curve.begin), end), backwards)
-        if found is not None:
-            return Crossing(found, found + n * curve.period, lift)
+        solution = _within(curve, value - lift, min(max(place, curve.begin), end), backwards)
+        if solution is not None:
+            return Crossing(solution, solution + n * curve.period, lift)
     return None
 
 

@@ -90,8 +90,8 @@ class Tables:
         """A new table, all 0. Raises TableError: 0x4063, 0x4A00, 0x4A02, 0x4A03, 0x4A07, 0x4A11."""
         if table_id in self._tables:
             raise TableError(NcError.TABLE_EXISTS, f"table {table_id} is there already")
-        made = (self._tables[each] for each in self._created_ids)
-        self.limits.demand(main_type, rows, columns, made)
+        created = (self._tables[each] for each in self._created_ids)
+        self.limits.demand(main_type, rows, columns, created)
         table = Table(table_id, main_type, sub_type, rows, columns)
         self.add(table)
         self._created_ids.add(table_id)
@@ -227,8 +227,8 @@ class Tables:
         if not mine:
             return
         self._forget_blocks()
-        kept = [key for key in mine if key in self._blocks]
-        for key in kept:
+        in_memory = [key for key in mine if key in self._blocks]
+        for key in in_memory:
             if table.of_points:
                 self._renew(table, key)
             else:
@@ -309,8 +309,8 @@ class Tables:
         for address in sorted(used):
             size = HEADER + ELEMENT * int(numbers[address + COUNT])
             versions[address] = numbers[address : address + size]
-        held = sum(map(len, versions.values()))
-        place = self._blocks[key] = self.cams.take(held + block_size(table))
+        version_size = sum(map(len, versions.values()))
+        place = self._blocks[key] = self.cams.take(version_size + block_size(table))
         self.cams.keep(self._blocks.values())
         moved = {}
         for address, version in versions.items():
@@ -344,9 +344,9 @@ class Tables:
 
         Offsets and scalings stay what they are unless they follow by themselves.
         """
-        kept = _returns(layer) and online.activation != CamActivation.DELETE_QUEUED
+        returns = _returns(layer) and online.activation != CamActivation.DELETE_QUEUED
         change = layer.change
-        if change.kind == CHANGE_POINTS and not kept:
+        if change.kind == CHANGE_POINTS and not returns:
             change.kind = layer.next.table = 0
         if online.activation in _POINTS_STAY:
             return
@@ -406,12 +406,12 @@ class Tables:
         if table.of_points:
             return at_velocity(survey_function(table.function()), velocity)
         cams, first = self._joined(table, CamInterpolation.SPLINE)
-        found = array("d", [0.0]) * VALUES
+        values = array("d", [0.0]) * VALUES
         if table.row_count >= WORTH_MACHINE_CODE and SURVEY.available:
-            SURVEY.function(*cams.arguments, first, *found.buffer_info())
+            SURVEY.function(*cams.arguments, first, *values.buffer_info())
         else:
-            survey(cams.numbers, first, found)
-        return at_velocity(found, velocity)
+            survey(cams.numbers, first, values)
+        return at_velocity(values, velocity)
 
     def nearest(
         self, table: Table, value: float, start: float
@@ -442,8 +442,8 @@ class Tables:
         used = {
             (table_id, interpolation) for _, table_id, interpolation in cams_in_use(self._axes())
         }
-        kept = {key: begin for key, begin in self._blocks.items() if key in used}
-        if len(kept) < len(self._blocks):
-            self._blocks = kept
-            self._newest = {key: at for key, at in self._newest.items() if key in kept}
-            self.cams.keep(kept.values())
+        blocks = {key: begin for key, begin in self._blocks.items() if key in used}
+        if len(blocks) < len(self._blocks):
+            self._blocks = blocks
+            self._newest = {key: at for key, at in self._newest.items() if key in blocks}
+            self.cams.keep(blocks.values())

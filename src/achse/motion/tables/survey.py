@@ -52,59 +52,59 @@ _SAMPLES = 32
 """Parts of a segment in which another curve than a cubic is looked at."""
 
 
-def begin_survey(found: MutableSequence[float]) -> None:
+def begin_survey(results: MutableSequence[float]) -> None:
     """Nothing was met yet."""
     for n in range(VALUES):
-        found[n] = 0.0
-    found[VELOCITY] = 1.0
+        results[n] = 0.0
+    results[VELOCITY] = 1.0
     for n in range(_MOMENTUM + 1):
         if n % 2 == 1 or n == _MOMENTUM:
-            found[LEAST + n] = inf
-            found[GREATEST + n] = -inf
+            results[LEAST + n] = inf
+            results[GREATEST + n] = -inf
 
 
 def meet(
-    found: MutableSequence[float], place: float, s: float, v: float, a: float, j: float
+    results: MutableSequence[float], place: float, s: float, v: float, a: float, j: float
 ) -> None:
     """Compare with what was met before."""
-    if s < found[LEAST + 1]:
-        found[LEAST] = place
-        found[LEAST + 1] = s
-    if v < found[LEAST + 3]:
-        found[LEAST + 2] = place
-        found[LEAST + 3] = v
-    if a < found[LEAST + 5]:
-        found[LEAST + _ACCELERATION] = place
-        found[LEAST + 5] = a
-        found[LEAST + _VELOCITY_THERE] = v
-    if j < found[LEAST + _JERK]:
-        found[LEAST + _JERK] = j
-    if v * a < found[LEAST + _MOMENTUM]:
-        found[LEAST + _MOMENTUM] = v * a
-    if s > found[GREATEST + 1]:
-        found[GREATEST] = place
-        found[GREATEST + 1] = s
-    if v > found[GREATEST + 3]:
-        found[GREATEST + 2] = place
-        found[GREATEST + 3] = v
-    if a > found[GREATEST + 5]:
-        found[GREATEST + _ACCELERATION] = place
-        found[GREATEST + 5] = a
-        found[GREATEST + _VELOCITY_THERE] = v
-    if j > found[GREATEST + _JERK]:
-        found[GREATEST + _JERK] = j
-    if v * a > found[GREATEST + _MOMENTUM]:
-        found[GREATEST + _MOMENTUM] = v * a
+    if s < results[LEAST + 1]:
+        results[LEAST] = place
+        results[LEAST + 1] = s
+    if v < results[LEAST + 3]:
+        results[LEAST + 2] = place
+        results[LEAST + 3] = v
+    if a < results[LEAST + 5]:
+        results[LEAST + _ACCELERATION] = place
+        results[LEAST + 5] = a
+        results[LEAST + _VELOCITY_THERE] = v
+    if j < results[LEAST + _JERK]:
+        results[LEAST + _JERK] = j
+    if v * a < results[LEAST + _MOMENTUM]:
+        results[LEAST + _MOMENTUM] = v * a
+    if s > results[GREATEST + 1]:
+        results[GREATEST] = place
+        results[GREATEST + 1] = s
+    if v > results[GREATEST + 3]:
+        results[GREATEST + 2] = place
+        results[GREATEST + 3] = v
+    if a > results[GREATEST + 5]:
+        results[GREATEST + _ACCELERATION] = place
+        results[GREATEST + 5] = a
+        results[GREATEST + _VELOCITY_THERE] = v
+    if j > results[GREATEST + _JERK]:
+        results[GREATEST + _JERK] = j
+    if v * a > results[GREATEST + _MOMENTUM]:
+        results[GREATEST + _MOMENTUM] = v * a
 
 
-def end_survey(found: MutableSequence[float], period: float) -> None:
+def end_survey(results: MutableSequence[float], period: float) -> None:
     """From sums over the whole curve to means."""
-    found[MEAN_VELOCITY] = found[MEAN_VELOCITY] / period
-    found[EFFECTIVE_ACCELERATION] = sqrt(found[EFFECTIVE_ACCELERATION] / period)
+    results[MEAN_VELOCITY] = results[MEAN_VELOCITY] / period
+    results[EFFECTIVE_ACCELERATION] = sqrt(results[EFFECTIVE_ACCELERATION] / period)
 
 
 def _show_end(
-    found: MutableSequence[float],
+    results: MutableSequence[float],
     first: int,
     place: float,
     s: float,
@@ -112,26 +112,28 @@ def _show_end(
     a: float,
     j: float,
 ) -> None:
-    found[first] = place
-    found[first + 1] = s
-    found[first + 2] = v
-    found[first + 3] = a
-    found[first + 4] = j
+    results[first] = place
+    results[first + 1] = s
+    results[first + 2] = v
+    results[first + 3] = a
+    results[first + 4] = j
 
 
-def _meet_cubic(found: MutableSequence[float], cams: Sequence[float], at: int, way: float) -> float:
+def _meet_cubic(
+    results: MutableSequence[float], cams: Sequence[float], at: int, way: float
+) -> float:
     """Meet the curve at a way from the begin of its span; its slave position there."""
     slope, square, cube = cams[at + 2], cams[at + 3], cams[at + 4]
     s = cams[at + 1] + way * (slope + way * (square + way * cube))
     v = slope + way * (2.0 * square + 3.0 * way * cube)
     a = 2.0 * square + 6.0 * way * cube
-    meet(found, cams[at] + way, s, v, a, 6.0 * cube)
+    meet(results, cams[at] + way, s, v, a, 6.0 * cube)
     return s
 
 
-def survey(cams: Sequence[float], first: int, found: MutableSequence[float]) -> None:
+def survey(cams: Sequence[float], first: int, results: MutableSequence[float]) -> None:
     """All values of the cam at `first`, for a master velocity of 1."""
-    begin_survey(found)
+    begin_survey(results)
     count = floor(cams[first + COUNT])
     rows = first + HEADER
     mean = 0.0
@@ -140,8 +142,8 @@ def survey(cams: Sequence[float], first: int, found: MutableSequence[float]) -> 
         at = rows + SPAN * row
         width = cams[at + SPAN] - cams[at]
         slope, square, cube = cams[at + 2], cams[at + 3], cams[at + 4]
-        start = _meet_cubic(found, cams, at, 0.0)
-        end = _meet_cubic(found, cams, at, width)
+        start = _meet_cubic(results, cams, at, 0.0)
+        end = _meet_cubic(results, cams, at, width)
         low = width
         high = width
         if cube != 0.0:
@@ -149,7 +151,7 @@ def survey(cams: Sequence[float], first: int, found: MutableSequence[float]) -> 
             middle = -square / (3.0 * cube)
             spread = middle * middle - slope / (3.0 * cube)
             if 0.0 < middle < width:
-                _meet_cubic(found, cams, at, middle)
+                _meet_cubic(results, cams, at, middle)
             if spread > 0.0:
                 root = sqrt(spread)
                 low = middle - root
@@ -158,18 +160,18 @@ def survey(cams: Sequence[float], first: int, found: MutableSequence[float]) -> 
             if spread > 0.0:
                 root = sqrt(spread / 3.0)
                 if 0.0 < middle - root < width:
-                    _meet_cubic(found, cams, at, middle - root)
+                    _meet_cubic(results, cams, at, middle - root)
                 if 0.0 < middle + root < width:
-                    _meet_cubic(found, cams, at, middle + root)
+                    _meet_cubic(results, cams, at, middle + root)
         elif square != 0.0:
             low = -0.5 * slope / square
         before = start
         if 0.0 < low < width:
-            turn = _meet_cubic(found, cams, at, low)
+            turn = _meet_cubic(results, cams, at, low)
             mean += abs(turn - before)
             before = turn
         if 0.0 < high < width:
-            turn = _meet_cubic(found, cams, at, high)
+            turn = _meet_cubic(results, cams, at, high)
             mean += abs(turn - before)
             before = turn
         mean += abs(end - before)
@@ -178,13 +180,13 @@ def survey(cams: Sequence[float], first: int, found: MutableSequence[float]) -> 
         effective += width * (bend * bend + bend * other + other * other) / 3.0
     at = rows
     _show_end(
-        found, START, cams[at], cams[at + 1], cams[at + 2], 2.0 * cams[at + 3], 6.0 * cams[at + 4]
+        results, START, cams[at], cams[at + 1], cams[at + 2], 2.0 * cams[at + 3], 6.0 * cams[at + 4]
     )
     at = rows + SPAN * (count - 2)
     width = cams[at + SPAN] - cams[at]
     square, cube = cams[at + 3], cams[at + 4]
     _show_end(
-        found,
+        results,
         END,
         cams[at + SPAN],
         cams[at + SPAN + 1],
@@ -192,17 +194,17 @@ def survey(cams: Sequence[float], first: int, found: MutableSequence[float]) -> 
         2.0 * square + 6.0 * width * cube,
         6.0 * cube,
     )
-    found[MEAN_VELOCITY] = mean
-    found[EFFECTIVE_ACCELERATION] = effective
-    end_survey(found, cams[rows + SPAN * (count - 1)] - cams[rows])
+    results[MEAN_VELOCITY] = mean
+    results[EFFECTIVE_ACCELERATION] = effective
+    end_survey(results, cams[rows + SPAN * (count - 1)] - cams[rows])
 
 
 def survey_curve(
     parts: Iterable[tuple[float, float, Callable[[float], CurveValues]]],
 ) -> list[float]:
     """The same of any curve: begin, end and values of each part, which are smooth within it."""
-    found = [0.0] * VALUES
-    begin_survey(found)
+    results = [0.0] * VALUES
+    begin_survey(results)
     begins: list[tuple[float, CurveValues]] = []
     last = 0.0, (0.0, 0.0, 0.0, 0.0)
     for begin, end, values in parts:
@@ -210,22 +212,22 @@ def survey_curve(
         places = [*(begin + n * width for n in range(_SAMPLES)), end]
         marks = [values(place) for place in places]
         for place, mark in zip(places, marks, strict=True):
-            meet(found, place, *mark)
+            meet(results, place, *mark)
         places += _extremes(places, marks, values)
         places.sort()
         for place, after in itertools.pairwise(places):
-            meet(found, place, *values(place))
-            found[MEAN_VELOCITY] += abs(values(after)[0] - values(place)[0])
+            meet(results, place, *values(place))
+            results[MEAN_VELOCITY] += abs(values(after)[0] - values(place)[0])
             half, middle = 0.5 * (after - place), 0.5 * (after + place)
-            found[EFFECTIVE_ACCELERATION] += half * sum(
+            results[EFFECTIVE_ACCELERATION] += half * sum(
                 weight * values(middle + half * where)[2] ** 2 for where, weight in _GAUSS
             )
         begins.append((begin, marks[0]))
         last = end, marks[-1]
-    _show_end(found, START, begins[0][0], *begins[0][1])
-    _show_end(found, END, last[0], *last[1])
-    end_survey(found, last[0] - begins[0][0])
-    return found
+    _show_end(results, START, begins[0][0], *begins[0][1])
+    _show_end(results, END, last[0], *last[1])
+    end_survey(results, last[0] - begins[0][0])
+    return results
 
 
 _HALVINGS = 60
@@ -237,7 +239,7 @@ def _extremes(
     values: Callable[[float], CurveValues],
 ) -> list[float]:
     """Places where a derivative passes 0: what it is the derivative of is extreme there."""
-    found = []
+    zeros = []
     for low, high, before, after in zip(places, places[1:], marks, marks[1:], strict=False):
         for n in (1, 2, 3):
             if before[n] * after[n] < 0.0:
@@ -248,15 +250,15 @@ def _extremes(
                         near = middle
                     else:
                         far = middle
-                found.append(near)
-    return found
+                zeros.append(near)
+    return zeros
 
 
-def at_velocity(found: Sequence[float], velocity: float) -> list[float]:
+def at_velocity(results: Sequence[float], velocity: float) -> list[float]:
     """The values of a survey at another master velocity."""
     if velocity < 0.0:
         raise ValueError(f"master velocity {velocity:g}, expected 0 or more")
-    values = list(found)
+    values = list(results)
     values[VELOCITY] = velocity
     for power, numbers in _POWERS.items():
         for n in numbers:

@@ -20,7 +20,7 @@ from achse.devices.nc.layouts import (
     ONLINE_TC3,
     OfAxis,
 )
-from achse.devices.nc.rows import at_axis, bound, parameter, per_element, sample_of_reals, shown
+from achse.devices.nc.rows import at_axis, bound, parameter, per_element, sample_of_floats, shown
 from achse.motion import Axis, commands
 from achse.motion.couplings.flying_saws.characteristic import (
     CHARACTERISTIC_VALUES,
@@ -41,7 +41,7 @@ _ONLINE = bound(
 _REMAINING = bound(
     _ROWS["remaining_time_and_distance"],
     read=attrgetter("remaining_time", "remaining_distance"),
-    sample=sample_of_reals("remaining_time", "remaining_distance"),
+    sample=sample_of_floats("remaining_time", "remaining_distance"),
 )
 
 

@@ -134,8 +134,8 @@ def _check(slave: Axis, demand: CamDemand, activations: Sequence[CamActivation])
     """Return the error that forbids a request at any time, or 0."""
     if demand.activation not in activations:
         return NcError.ONLINE_CHANGE_MODE
-    for given in (demand.master_type, demand.slave_type):
-        if given not in CamScaling.__members__.values():
+    for scaling_type in (demand.master_type, demand.slave_type):
+        if scaling_type not in CamScaling.__members__.values():
             return NcError.SCALING_MODE
     numbers = (demand.slave_offset, demand.master_offset, demand.position)
     scalings = (demand.slave_scaling, demand.master_scaling)

@@ -39,7 +39,7 @@ def couple(
     Four parameters, what is not given is 0; what they mean is said by the law. Both axes stand,
     unless the law couples in motion.
     """
-    given = (*parameters, 0.0, 0.0, 0.0, 0.0)[:COUPLING_PARAMETERS]
+    coupling_parameters = (*parameters, 0.0, 0.0, 0.0, 0.0)[:COUPLING_PARAMETERS]
     law = law_of(slave_type)
     if law is None or not law.by_parameters:
         return NcError.SLAVE_TYPE
@@ -51,10 +51,10 @@ def couple(
     return begin_coupling(
         slave,
         slave_type,
-        (master_id, *law.others(given)),
-        given,
+        (master_id, *law.others(coupling_parameters)),
+        coupling_parameters,
         moving=law.moving,
-        check=lambda masters: _check_parameters(slave, masters, law, given),
+        check=lambda masters: _check_parameters(slave, masters, law, coupling_parameters),
     )
 
 
@@ -77,8 +77,8 @@ def couple_to_several(
     code = check_slave(slave)
     if code:
         return code
-    given = acceleration, deceleration, jerk, velocity
-    if not all(isfinite(each) and each >= 0.0 for each in given) or not master_ids[0]:
+    limits = acceleration, deceleration, jerk, velocity
+    if not all(isfinite(each) and each >= 0.0 for each in limits) or not master_ids[0]:
         return NcError.SLAVE_COUPLING_PARAMETER
     places = [place for place, id in enumerate(master_ids) if id]
     ids = [master_ids[place] for place in places]
@@ -288,8 +288,8 @@ def _decouple(
         return NcError.DECOUPLING_NOT_POSSIBLE
     if decoupling_type not in DecouplingType.__members__.values():
         return NcError.DECOUPLING_TYPE
-    given = dynamics(slave, acceleration, deceleration, jerk)
-    code = check_dynamics(slave, *given)
+    limits = dynamics(slave, acceleration, deceleration, jerk)
+    code = check_dynamics(slave, *limits)
     if code:
         return code
     if decoupling_type in (
@@ -299,26 +299,26 @@ def _decouple(
         return NcError.DECOUPLING_VELOCITY
     match decoupling_type:
         case DecouplingType.STOP:
-            _stop(slave, given)
+            _stop(slave, limits)
             return OK
         case DecouplingType.INSTANTANEOUS_STOP:
             _free(slave)
             drop_job(slave)
             return OK
         case DecouplingType.ORIENTED_STOP:
-            return _stop_oriented(slave, position, given)
+            return _stop_oriented(slave, position, limits)
         case DecouplingType.ENDLESS:
-            reached = _run_out(slave, given[2])
-            _endless(slave, reached, abs(reached), given)
+            reached = _run_out(slave, limits[2])
+            _endless(slave, reached, abs(reached), limits)
             return OK
         case DecouplingType.ENDLESS_NEW_VELOCITY:
-            _endless(slave, slave.set.velocity or 1.0, velocity, given)
+            _endless(slave, slave.set.velocity or 1.0, velocity, limits)
             return OK
         case DecouplingType.NEW_POSITION:
-            velocity = abs(_run_out(slave, given[2]))
+            velocity = abs(_run_out(slave, limits[2]))
             if velocity == 0.0:  # from rest there is no velocity to keep
                 return NcError.DECOUPLING_VELOCITY
-    return _as_free(slave, universal_start, StartType.ABSOLUTE, position, velocity, *given)
+    return _as_free(slave, universal_start, StartType.ABSOLUTE, position, velocity, *limits)
 
 
 def _rests(slave: Axis) -> bool:
@@ -343,39 +343,39 @@ def _run_out(slave: Axis, jerk: float) -> float:
     return 0.0 if reached * v < 0.0 else reached
 
 
-def _stop(slave: Axis, given: tuple[float, float, float]) -> None:
+def _stop(slave: Axis, limits: tuple[float, float, float]) -> None:
     """Follow nobody and come to rest; a slave at rest needs no cycle for that."""
     rests = _rests(slave)
     _free(slave)
-    slave.job.acceleration = given[0]
-    begin_stop(slave, *given[1:])
+    slave.job.acceleration = limits[0]
+    begin_stop(slave, *limits[1:])
     if rests:
         drop_job(slave)
 
 
 def _endless(
-    slave: Axis, heading: float, velocity: float, given: tuple[float, float, float]
+    slave: Axis, heading: float, velocity: float, limits: tuple[float, float, float]
 ) -> None:
     """Go on at `velocity`, in the direction of `heading`; without either, come to rest."""
     if velocity == 0.0:
-        _stop(slave, given)
+        _stop(slave, limits)
         return
     _free(slave)
     start_type = StartType.ENDLESS_POSITIVE if heading > 0.0 else StartType.ENDLESS_NEGATIVE
-    set_request(slave.job, next_number(slave), start_type, 0.0, velocity, *given, 0.0)
+    set_request(slave.job, next_number(slave), start_type, 0.0, velocity, *limits, 0.0)
     begin_job(slave)
 
 
-def _stop_oriented(slave: Axis, position: float, given: tuple[float, float, float]) -> int:
+def _stop_oriented(slave: Axis, position: float, limits: tuple[float, float, float]) -> int:
     """Stop a moving slave at a position within the period; at rest it is refused."""
     if slave.set.velocity == 0.0:
         return NcError.DECOUPLING_VELOCITY
     job = slave.job
-    job.acceleration, job.deceleration, job.jerk = given
+    job.acceleration, job.deceleration, job.jerk = limits
     job.velocity = abs(slave.set.velocity)
     phase = slave.set_motion_phase
     slave.set_motion_phase = MotionPhase.ENDLESS
-    code = _as_free(slave, oriented_stop, position, *given[1:])
+    code = _as_free(slave, oriented_stop, position, *limits[1:])
     if code:
         slave.set_motion_phase = phase
     return code

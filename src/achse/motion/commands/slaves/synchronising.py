@@ -79,14 +79,14 @@ def synchronise(
         return NcError.SLAVE_COUPLING_PARAMETER
     if gear == 0.0:
         return NcError.GEAR_FACTOR_ZERO
-    given = velocity, acceleration, deceleration, jerk
-    if not all(isfinite(limit) and limit >= 0.0 for limit in given):
+    commanded = velocity, acceleration, deceleration, jerk
+    if not all(isfinite(limit) and limit >= 0.0 for limit in commanded):
         return NcError.SYNCHRONISING_DYNAMICS
     code = check_slave(slave)
     if code and not (code == NcError.SLAVE_ADDRESS and slave.coupling.law in _TYPES):
         return code
     by_position = slave_type == SlaveType.SYNCHRONISING_POSITION
-    limits = _limits(slave, *given)
+    limits = _limits(slave, *commanded)
     request = _Request(by_position, gear, master_position, slave_position, limits, mask)
     ways: list[_Way] = []
 
@@ -234,28 +234,30 @@ def _with_constant(
         time = 1.5 * change / limit
         return max(time, sqrt(6.0 * change / jerk)) if jerk else time
 
-    def left(held: float) -> float:
+    def left(constant: float) -> float:
         """Seconds with constant velocity."""
-        return total - ramp_time(begin, held) - ramp_time(held, end)
+        return total - ramp_time(begin, constant) - ramp_time(constant, end)
 
-    def covered(held: float) -> float:
-        first, last = ramp_time(begin, held), ramp_time(held, end)
-        return 0.5 * ((begin + held) * first + (held + end) * last) + held * left(held)
+    def covered(constant: float) -> float:
+        first, last = ramp_time(begin, constant), ramp_time(constant, end)
+        return 0.5 * ((begin + constant) * first + (constant + end) * last) + constant * left(
+            constant
+        )
 
     base = max(begin, end, key=left)
-    low = _last(lambda held: left(held) > 0.0, base, -limits.velocity)
-    high = _last(lambda held: left(held) > 0.0, base, limits.velocity)
-    held = _last(lambda held: covered(held) <= height, low, high)
-    if left(held) <= 0.0 or abs(covered(held) - height) > 1e-9 * abs(height):
+    low = _last(lambda constant: left(constant) > 0.0, base, -limits.velocity)
+    high = _last(lambda constant: left(constant) > 0.0, base, limits.velocity)
+    constant = _last(lambda constant: covered(constant) <= height, low, high)
+    if left(constant) <= 0.0 or abs(covered(constant) - height) > 1e-9 * abs(height):
         return []
     heading = 1.0 if way > 0.0 else -1.0
     speed = heading * velocity
-    lengths = [ramp_time(begin, held) * speed, left(held) * speed]
+    lengths = [ramp_time(begin, constant) * speed, left(constant) * speed]
     lengths.append(heading * way - sum(lengths))
     terms = [0.0] * (SYNC_SPANS * SYNC_TERMS)
-    between = 0.5 * (begin + held) / speed * lengths[0]
-    last = height - 0.5 * (held + end) / speed * lengths[2]
-    ramp(terms, 0, lengths[0], 0.0, begin / speed, held / speed)
-    line(terms, SYNC_TERMS, lengths[1], between, held / speed)
-    ramp(terms, 2 * SYNC_TERMS, lengths[2], last, held / speed, end / speed)
+    between = 0.5 * (begin + constant) / speed * lengths[0]
+    last = height - 0.5 * (constant + end) / speed * lengths[2]
+    ramp(terms, 0, lengths[0], 0.0, begin / speed, constant / speed)
+    line(terms, SYNC_TERMS, lengths[1], between, constant / speed)
+    ramp(terms, 2 * SYNC_TERMS, lengths[2], last, constant / speed, end / speed)
     return [_Way(lengths, terms)] if min(lengths) > NO_WAY else []

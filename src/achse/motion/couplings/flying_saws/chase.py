@@ -72,21 +72,21 @@ def _most(ax: AxisFields, velocity: float, change: float, dt: float) -> float:
     return before if before > limit else limit
 
 
-def _kept(ax: AxisFields, velocity: float, acceleration: float, dt: float) -> float:
+def _permitted(ax: AxisFields, velocity: float, acceleration: float, dt: float) -> float:
     """The acceleration nearest to this one that the limits allow in this cycle."""
     before = ax.set.acceleration
     change = ax.sync.jerk * dt
     limit = _most(ax, velocity, acceleration, dt)
-    kept = acceleration
-    if kept > before + change:
-        kept = before + change
-    elif kept < before - change:
-        kept = before - change
-    if kept > limit:
-        kept = limit
-    elif kept < -limit:
-        kept = -limit
-    return kept
+    permitted = acceleration
+    if permitted > before + change:
+        permitted = before + change
+    elif permitted < before - change:
+        permitted = before - change
+    if permitted > limit:
+        permitted = limit
+    elif permitted < -limit:
+        permitted = -limit
+    return permitted
 
 
 def _changes_too_fast(ax: AxisFields, velocity: float, dt: float) -> bool:
@@ -117,10 +117,12 @@ def _apply(
     was = ax.set.acceleration
     a = rising + b
     v = velocity + w
-    kept = _kept(ax, v, a, dt)
-    exact = abs(kept - a) <= _ROUNDED * (abs(a) + abs(was)) and not _changes_too_fast(ax, v, dt)
+    permitted = _permitted(ax, v, a, dt)
+    exact = abs(permitted - a) <= _ROUNDED * (abs(a) + abs(was)) and not _changes_too_fast(
+        ax, v, dt
+    )
     moved = way + p
-    a = kept  # of rounding only, if exact
+    a = permitted  # of rounding only, if exact
     if not exact:
         v = before + 0.5 * (was + a) * dt
         moved = dt * (before + dt * (2.0 * was + a) / 6.0)

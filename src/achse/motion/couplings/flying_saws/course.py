@@ -33,7 +33,7 @@ def _zeros(terms: Sequence[float], end: float) -> list[float]:
     if not any(terms[1:]):
         return []
     places = [0.0, *_zeros(_derived(terms), end), end]
-    found = []
+    zeros = []
     for low, high in pairwise(places):
         below = _value(terms, low)
         if below * _value(terms, high) < 0.0:
@@ -43,8 +43,8 @@ def _zeros(terms: Sequence[float], end: float) -> list[float]:
                     low = middle
                 else:
                     high = middle
-            found.append(0.5 * (low + high))
-    return found
+            zeros.append(0.5 * (low + high))
+    return zeros
 
 
 @dataclass(frozen=True)

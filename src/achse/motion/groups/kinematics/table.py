@@ -60,11 +60,11 @@ def law_from_file(file: Path) -> KinematicsLaw:
     """The law of a user: a Python file with `forward`, `inverse` and, if it has numbers, `NUMBERS`,
     a dictionary of their names and defaults. Raises GroupParametersError."""
     try:
-        found = runpy.run_path(str(file))
+        module = runpy.run_path(str(file))
     except Exception as failure:
         raise GroupParametersError(f"{file}: {type(failure).__name__}: {failure}") from failure
-    missing = [name for name in ("forward", "inverse") if not callable(found.get(name))]
-    numbers = found.get("NUMBERS", {})
+    missing = [name for name in ("forward", "inverse") if not callable(module.get(name))]
+    numbers = module.get("NUMBERS", {})
     if missing:
         raise GroupParametersError(f"{file}: expected a function {' and '.join(missing)}")
     if not isinstance(numbers, dict) or not all(
@@ -72,5 +72,5 @@ def law_from_file(file: Path) -> KinematicsLaw:
     ):
         raise GroupParametersError(f"{file}: NUMBERS: expected names and numbers")
     return KinematicsLaw(
-        found["forward"], found["inverse"], {name: float(each) for name, each in numbers.items()}
+        module["forward"], module["inverse"], {name: float(each) for name, each in numbers.items()}
     )
