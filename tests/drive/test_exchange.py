@@ -84,7 +84,7 @@ def test_cycles_run_between_outputs_and_inputs() -> None:
     record = VirtualDrive().record
     assert isinstance(record, DriveSlots)
     words = [0] * LAYOUT.words
-    record.attention = 1
+    record.service_request = 1
     assert exchange([record], words) == 0
     record.postponed, record.postponed_cycles, record.postponed_time = 1, 3, 1e-3
     assert exchange([record], words) == 1

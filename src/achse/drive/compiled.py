@@ -22,7 +22,7 @@ _POSTPONED = FIELDS["postponed"].offset
 _CYCLES = FIELDS["postponed_cycles"].offset
 _TIME = FIELDS["postponed_time"].offset
 _CAME = FIELDS["outputs_came"].offset
-_ATTENTION = FIELDS["attention"].offset
+_SERVICE_REQUEST = FIELDS["service_request"].offset
 
 
 class Bank:
@@ -57,8 +57,8 @@ class Bank:
         self.turn += 1
         if self._exchange():
             for record in records:
-                if record.ints[_ATTENTION]:
-                    record.attend()
+                if record.ints[_SERVICE_REQUEST]:
+                    record.service()
 
 
 if TYPE_CHECKING:
@@ -73,14 +73,14 @@ else:
 
 
 class CompiledRecord(RowView, _Fields):
-    """A record in a bank, the fields are attributes. `attend` is called when it asks for it."""
+    """A record in a bank, the fields are attributes. `service` is called on request."""
 
-    __slots__ = ("_inputs", "_outputs", "attend", "bank", "mapped")
+    __slots__ = ("_inputs", "_outputs", "bank", "mapped", "service")
 
-    def __init__(self, bank: Bank, attend: Callable[[], None]) -> None:
+    def __init__(self, bank: Bank, service: Callable[[], None]) -> None:
         super().__init__(bank.rows, bank.take())
         self.bank = bank
-        self.attend = attend
+        self.service = service
         self.mapped = False
         """True if the kernel knows the mapping of the process data."""
         self.row[:] = pack(LAYOUT, DriveSlots())
@@ -107,17 +107,17 @@ class CompiledRecord(RowView, _Fields):
         first = 8 * FIELDS["inputs"].offset
         self._inputs = self.row[first : first + sent.size]
 
-    def postpone(self, outputs: bytes | None, dt: float, count: int, attention: bool) -> None:
-        """Note a step of `count` cycles, before it the outputs; with or without `attention`."""
-        wholes = self.ints
+    def postpone(self, outputs: bytes | None, dt: float, count: int, service_request: bool) -> None:
+        """Note a step of `count` cycles, before it the outputs; with or without a service request."""
+        ints = self.ints
         if outputs is not None:
             self._outputs[:] = outputs
-            wholes[_CAME] = 1
-        if attention:
-            wholes[_ATTENTION] = 1
-        wholes[_CYCLES] = count
+            ints[_CAME] = 1
+        if service_request:
+            ints[_SERVICE_REQUEST] = 1
+        ints[_CYCLES] = count
         self.floats[_TIME] = dt
-        wholes[_POSTPONED] = 1
+        ints[_POSTPONED] = 1
         self.bank.postpone(self)
 
     def newest_inputs(self) -> bytes:

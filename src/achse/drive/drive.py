@@ -1,7 +1,7 @@
 """Drive: one virtual servo drive with objects, process data, states and a step.
 
 It knows no bus. A slave hosts it by structure: SDO access is `read_object` and `write_object`,
-process data are `write_outputs` and `read_inputs`, `enter` tells the state of communication, `step`
+process data are `write_outputs` and `read_inputs`, `enter` sets the state of communication, `step`
 lets time pass. Everything between is the kernel (achse.drive.kernel) on one record.
 """
 
@@ -38,11 +38,11 @@ _CLEAR_NS = 100_000_000
 
 _EMERGENCY = Struct("<HB5x")
 _UNREAD = 64
-"""Emergencies kept for a master that reads none; the newest count."""
+"""Emergencies buffered for a master that reads none; the newest count."""
 
 _MISSED, _RECEIVED = 3, 1
 _MOST_MISSED = 0xFFFF
-_ATTENTION = FIELDS["attention"].offset
+_SERVICE_REQUEST = FIELDS["service_request"].offset
 
 _LASTING = (
     "communication",
@@ -115,7 +115,7 @@ class Drive:
             from achse.drive import compiled as machine_code
 
             bank = machine_code.Bank(1) if compiled is True else compiled
-            self._record = self._compiled = machine_code.CompiledRecord(bank, self._attend)
+            self._record = self._compiled = machine_code.CompiledRecord(bank, self._service)
         else:
             self._record = DriveSlots()
         self.faults = FaultSwitches(self)
@@ -142,8 +142,8 @@ class Drive:
         self._storing_ns = 0
         self._clearing_ns = 0
         self._cleared_turns = 0
-        self._alarms_told = 0
-        self._resets_told = 0
+        self._reported_alarms = 0
+        self._reported_resets = 0
         self._commands_seen = 0
         self._busy = False
         self._reset_due = False
@@ -377,8 +377,8 @@ class Drive:
             return status
         for _ in range(self._count):
             cycle(self._record, self._dt)
-        if self._busy or self._record.attention:
-            self._attend()
+        if self._busy or self._record.service_request:
+            self._service()
         else:
             self._pack_inputs()
         return status
@@ -386,7 +386,7 @@ class Drive:
     def kernel_record(self, elapsed_ns: int) -> "CompiledRecord | None":
         """Its record, if steps of `elapsed_ns` may be done in the kernel by others now.
 
-        That is with outputs in each step, while nothing takes its time and nothing is asked for.
+        That is with outputs in each step, while nothing takes its time and no service is requested.
         """
         compiled = self._compiled
         self._settle()
@@ -400,7 +400,7 @@ class Drive:
             or self._outputs is None
             or self._elapsed_ns != elapsed_ns
             or self._emergencies
-            or compiled.ints[_ATTENTION]
+            or compiled.ints[_SERVICE_REQUEST]
         ):
             return None
         return compiled
@@ -408,8 +408,8 @@ class Drive:
     def take_steps(self, outputs: bytes | None) -> None:
         """Steps were done in the kernel; `outputs` came since the last of them, None: none yet."""
         self._outputs, self._inputs = outputs, None
-        if self._record.attention:
-            self._attend()
+        if self._record.service_request:
+            self._service()
 
     def _supervise(self, received: bool) -> AlStatus:
         """SM2 events that are missing count; those in the counter of 10F1h 3, received ones -1."""
@@ -426,15 +426,15 @@ class Drive:
         self.sync_error_counter = counter
         return AlStatus.NO_ERROR if counter < limit else AlStatus.SYNCHRONIZATION
 
-    def _attend(self) -> None:
+    def _service(self) -> None:
         """After a step: what the kernel reports and what takes its time."""
         record, elapsed_ns = self._record, self._elapsed_ns
-        record.attention = 0
-        if record.alarm_count != self._alarms_told:
-            self._alarms_told = record.alarm_count
+        record.service_request = 0
+        if record.alarm_count != self._reported_alarms:
+            self._reported_alarms = record.alarm_count
             self._send_emergency(record.error_code, 1)
-        if record.reset_count != self._resets_told:
-            self._resets_told = record.reset_count
+        if record.reset_count != self._reported_resets:
+            self._reported_resets = record.reset_count
             self._send_emergency(0, 0)
         seen = self._commands_seen
         if record.commands & ~seen & 1:
@@ -545,7 +545,7 @@ class Drive:
             setattr(record, name, value)
         self.faults.warning(Warn.RESTART_REQUIRED, False)
         record.voltage_bit = self._voltage_bit
-        self._alarms_told = self._resets_told = 0
+        self._reported_alarms = self._reported_resets = 0
         self._clearing_ns = 0
         self._reset_due = self._clear_due = False
         apply(self.machine, record)

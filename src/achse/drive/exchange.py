@@ -16,8 +16,8 @@ _INPUTS = FIELDS["inputs"].offset
 
 
 def exchange(drives: Sequence[DriveFields], words: MutableSequence[int]) -> int:
-    """The postponed steps; how many of these drives ask for attention."""
-    attention = 0
+    """Run the postponed steps; return how many of these drives request service."""
+    requests = 0
     for i in range(len(drives)):
         d = drives[i]
         if d.postponed:
@@ -28,9 +28,9 @@ def exchange(drives: Sequence[DriveFields], words: MutableSequence[int]) -> int:
             for _ in range(d.postponed_cycles):
                 cycle(d, d.postponed_time)
             pack_inputs(d, words, first)
-            if d.attention:
-                attention += 1
-    return attention
+            if d.service_request:
+                requests += 1
+    return requests
 
 
 def unpack_outputs(d: DriveFields, words: MutableSequence[int], first: int) -> None:

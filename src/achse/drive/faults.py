@@ -46,7 +46,7 @@ class FaultSwitches:
 
     @property
     def alarms(self) -> tuple[Alarm, ...]:
-        """Alarms whose cause is held, oldest first."""
+        """Alarms whose cause persists, oldest first."""
         return tuple(self._alarms)
 
     def warning(self, warning: Warn, on: bool = True) -> None:

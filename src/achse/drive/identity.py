@@ -1,7 +1,7 @@
 """Identity of a drive, object 1018h: achse's own by default, that of the manual on request.
 
 The manual prints the vendor id and product code of its drives (001 §3.1, 1018h). Files and devices
-of achse do not carry the numbers of a maker unless the user asks for them.
+of achse do not carry the numbers of a maker unless the user configures them.
 """
 
 from dataclasses import dataclass

@@ -54,7 +54,7 @@ def cycle(d: DriveFields, dt: float) -> None:
     commands = (d.reset_command & 1) | (d.encoder_clear_command & 1) << 1
     if commands != d.commands:
         d.commands = commands
-        d.attention = 1
+        d.service_request = 1
     d.previous_controlword = d.controlword
     d.fresh_outputs = 0
 
@@ -70,7 +70,7 @@ def _power(d: DriveFields) -> None:
         d.error_code = alarm
         d.present_alarm = alarm
         d.alarm_count += 1
-        d.attention = 1
+        d.service_request = 1
     before = d.power_state
     number = advance(d, alarm, cause)
     if number == 0:
@@ -86,7 +86,7 @@ def _power(d: DriveFields) -> None:
     elif number == 15:
         d.present_alarm = 0
         d.reset_count += 1
-        d.attention = 1
+        d.service_request = 1
     elif before >= ENABLED:
         switch_off(d)
 

@@ -74,7 +74,7 @@ class Encoder:
     kind: EncoderKind = EncoderKind.INCREMENTAL
     resolution: int = 131072
     index_pitch: int | None = None
-    """Counts between index pulses; a revolution unless given."""
+    """Counts between index pulses; a revolution by default."""
     index_offset: int = 0
     index_width: int = 32
     turns: int = 65536

@@ -1,7 +1,7 @@
 """PDO mapping and assignment: what the process data hold, and the procedure that changes it.
 
 Source: 001 §2.8, §3.1.2. In PreOp only: assignment off, count 0, entries, count, assigned PDO,
-assignment on: steps 1 to 6, by which refusals are told. Each entry has to name an object that can
+assignment on: steps 1 to 6, which refusals name. Each entry has to name an object that can
 be mapped; number, length and whether one is there twice are checked when the assignment comes on: a
 count beyond 8 is out of range as long as the old mapping is assigned, and a PDO that is too long
 when the new one is.

@@ -105,7 +105,7 @@ def generate(d: DriveFields, dt: float) -> None:
 
 
 def _enabled(d: DriveFields, dt: float) -> None:
-    """The mode's set point, unless it leads into a limit switch: that ends motion with 6085h."""
+    """The mode's set point, unless it moves into a limit switch: that ends motion with 6085h."""
     limits = d.digital_inputs & (POSITIVE_LIMIT | NEGATIVE_LIMIT)
     mode = d.mode_display
     if limits == 0 or mode == HM:

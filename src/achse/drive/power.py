@@ -134,12 +134,12 @@ _EVENTS = len(PowerEvent)
 
 
 def _command_table() -> tuple[int, ...]:
-    found = [int(PowerEvent.NONE)] * 16
+    events = [int(PowerEvent.NONE)] * 16
     for bits in range(16):
         for row in COMMANDS:
             if bits & row.mask == row.value:
-                found[bits] = int(row.event)
-    return tuple(found)
+                events[bits] = int(row.event)
+    return tuple(events)
 
 
 def _transition_table() -> tuple[int, ...]:
@@ -168,7 +168,7 @@ def supply_ready(d: DriveFields) -> bool:
 def advance(d: DriveFields, error: int, cause_left: int) -> int:
     """One evaluation of the state machine; the number of the transition made, 0 if none.
 
-    `error` tells that an alarm has come in this cycle, `cause_left` that some cause is still there.
+    `error`: an alarm has come in this cycle. `cause_left`: some cause is still there.
     """
     state = d.power_state
     controlword = d.controlword
@@ -184,14 +184,14 @@ def advance(d: DriveFields, error: int, cause_left: int) -> int:
             event = _RESET
     else:
         event = _COMMAND_OF[controlword & 15]
-    found = _NEXT[state * _EVENTS + event]
-    if found < 0:
+    transition = _NEXT[state * _EVENTS + event]
+    if transition < 0:
         return 0
-    number = found & 15
+    number = transition & 15
     if (number == 3 or number == 4) and not supply_ready(d):
         return 0
     if number == 15 and cause_left:
         return 0
-    d.power_state = found >> 4
+    d.power_state = transition >> 4
     d.transition = number
     return number

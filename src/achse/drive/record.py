@@ -112,8 +112,8 @@ class InputFields:
     main_power: int = 1
     safety_1: int = 1  # SF1, SF2: both 0 is STO
     safety_2: int = 1
-    inputs_on: int = 0  # bits of 60FDh held on, whatever the machine says
-    inputs_off: int = 0  # bits of 60FDh held off
+    inputs_on: int = 0  # bits of 60FDh forced on
+    inputs_off: int = 0  # bits of 60FDh forced off
     probe_input: int = 0  # EXT-PROBE1, beside the machine's probe
     encoder_fault: int = 0  # error code while the encoder does not answer
     alarm_forced: int = 0  # error code of a cause that stays
@@ -171,7 +171,7 @@ class ControlFields:
     safety_mismatch_time: float = 0.0
     thermal_load: float = 0.0  # ‰·‰·s above rated torque
     deviation_exceeded: int = 0
-    attention: int = 0  # something for the drive outside the kernel
+    service_request: int = 0  # work for the drive outside the kernel
     commands: int = 0  # bit 0 3215h, bit 1 3200h as process data have them
     target_reached: int = 0
     bit_12: int = 0
@@ -183,7 +183,7 @@ class ControlFields:
     positive_overtravel: int = 0
     negative_overtravel: int = 0
     overtravel_stop: int = 0
-    speed_exceeded: int = 0  # csp: the target asks for more than the motor can
+    speed_exceeded: int = 0  # csp: the target exceeds the capability of the motor
 
 
 class MotionFields:

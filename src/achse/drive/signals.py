@@ -59,7 +59,7 @@ _LINEAR = 0
 
 
 def read_inputs(d: DriveFields) -> None:
-    """Put 60FDh together: switches of the machine, terminals held by the user, safety inputs."""
+    """Put 60FDh together: switches of the machine, terminals forced by the user, safety inputs."""
     position = d.motor_position
     inputs = 0
     if d.negative_limit_assigned and position <= d.negative_limit:

@@ -28,7 +28,7 @@ def command(d: DriveFields, dt: float) -> None:
     hold_position(d)
     period = d.communication_cycle
     goal = d.plan_target
-    # a limit switch has stopped the axis short of its goal: targets lead on from there
+    # a limit switch has stopped the axis short of its goal: targets continue from there
     origin = math.floor((d.demand if d.overtravel_stop else goal) + 0.5)
     way = (d.target_position - origin + 0x8000_0000 & 0xFFFF_FFFF) - 0x8000_0000
     if d.fresh_outputs or d.communication != _OP:

@@ -88,7 +88,7 @@ _SETTLING = 0.5
 
 
 def enter(d: DriveFields) -> None:
-    """Not started; the motor is held."""
+    """Not started; the motor keeps its position."""
     hold_position(d)
     abandon(d)
 
@@ -129,7 +129,7 @@ def start(d: DriveFields) -> None:
     if d.homing_switch == 0:
         d.homing_phase = _INDEX
     elif d.digital_inputs & d.homing_switch:
-        _found(d, 0)
+        _reach_switch(d, 0)
     else:
         d.homing_phase = _SEEK
 
@@ -142,7 +142,7 @@ def _assigned(d: DriveFields, switch: int, forward: int) -> bool:
     return limit != 0 and (switch != 4 or d.home_assigned != 0)
 
 
-def _found(d: DriveFields, direction: int) -> None:
+def _reach_switch(d: DriveFields, direction: int) -> None:
     """The switch is on; `direction` is the one it was met in, 0 if it was on from the start."""
     if not d.homing_level:
         d.homing_phase = _EDGE
@@ -154,7 +154,7 @@ def _found(d: DriveFields, direction: int) -> None:
 
 
 def command(d: DriveFields, dt: float) -> None:
-    """One cycle of the procedure; bit 4 keeps it going, halt holds it."""
+    """One cycle of the procedure; bit 4 keeps it going, halt interrupts it."""
     hold_position(d)
     if d.homing_running and not d.controlword & _START:
         abandon(d)
@@ -202,12 +202,12 @@ def _search(d: DriveFields) -> None:
     phase = d.homing_phase
     if phase == _SEEK:
         if on:
-            _found(d, d.homing_forward)
+            _reach_switch(d, d.homing_forward)
         elif _limit(d, d.homing_forward):
             d.homing_phase = _SEEK_BACK
     elif phase == _SEEK_BACK:
         if on:
-            _found(d, -d.homing_forward)
+            _reach_switch(d, -d.homing_forward)
         elif _limit(d, -d.homing_forward):
             _fail(d)
     elif phase == _LEAVE:

@@ -82,10 +82,10 @@ def _entry(row: ObjectRow) -> Entry:
 
 
 def _describe(index: int, rows: Iterable[ObjectRow]) -> Object:
-    found = tuple(rows)
-    name = found[0].object_name
-    entries = tuple(_entry(row) for row in found)
-    if len(found) == 1:
+    object_rows = tuple(rows)
+    name = object_rows[0].object_name
+    entries = tuple(_entry(row) for row in object_rows)
+    if len(object_rows) == 1:
         return Object(index, name, _VAR, entries[0].data_type, entries)
     types = {entry.data_type for entry in entries[1:]}
     if 0x1600 <= index < 0x1C00:

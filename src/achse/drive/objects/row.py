@@ -58,7 +58,7 @@ class ObjectRow:
     `field` names the record field that holds the value; `command` the one a PDO writes instead,
     where writing commands something; `constant` is a fixed value. `read` and `write` take
     precedence for SDO. `values` lists the only values allowed; a row `judged_by_write` leaves that,
-    and a range narrower than its type's, to `write`. A `stored` row is kept by 1010h; a
+    and a range narrower than its type's, to `write`. A `stored` row is saved by 1010h; a
     `restart` row acts after the next reset. `modes` names the modes the entry belongs to, empty for
     all.
     """
@@ -117,7 +117,7 @@ class ObjectRow:
 
     @property
     def access_word(self) -> int:
-        """Access as SDO information tells it: bit 6 RxPDO, 7 TxPDO, 8 backup."""
+        """Access as in SDO information: bit 6 RxPDO, 7 TxPDO, 8 backup."""
         word = int(self.access)
         if self.receivable:
             word |= 0x40

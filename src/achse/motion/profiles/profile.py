@@ -198,8 +198,9 @@ def _eased_hold(
     """Time r such that easing the deceleration to jerk r, then braking to `end`, fits `distance`.
 
     The deceleration now is jerk `braked`; released to zero it would leave the velocity
-    end + jerk gap (gap > 0), and `distance` is counted from the position that belongs to this. The time falls from
-    `braked` (brake on) to 0 (release) as the distance grows; -1 if even braking on is too long.
+    end + jerk gap (gap > 0), and `distance` is counted from the position that belongs to this. The
+    time falls from `braked` (brake on) to 0 (release) as the distance grows; -1 if even braking on
+    is too long.
     """
     full = dec / jerk
     both = 2.0 * end + jerk * gap

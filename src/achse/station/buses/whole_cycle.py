@@ -82,24 +82,24 @@ def whole_cycles(
 ) -> int:
     """Up to `count` cycles; how many, below 0 if the exchange of the last one is to be done.
 
-    That is where a drive asks for attention: what follows may go with the frames of that cycle.
+    There a drive requests service: what follows may go with the frames of that cycle.
     """
     done = 0
-    attention = 0
-    while done < count and attention == 0:
+    service_request = 0
+    while done < count and service_request == 0:
         for i in range(len(strands)):
             strand = strands[i]
             d = drives[strand.record]
             _take_outputs(d, drive_words, strand.record * _WORDS, outputs, strand.outputs)
             for _ in range(drive_cycles):
                 cycle(d, drive_dt)
-            if d.attention:
-                attention = 1
+            if d.service_request:
+                service_request = 1
         take_image(servos, servo_words, inputs, dt)
         cycles(rows, hardware, dt, 1)
         send_image(servos, servo_words, outputs, dt)
         done += 1
-        if attention == 0:
+        if service_request == 0:
             for i in range(len(strands)):
                 strand = strands[i]
                 d = drives[strand.record]
@@ -107,7 +107,7 @@ def whole_cycles(
     for i in range(len(strands)):
         strand = strands[i]
         pack_inputs(drives[strand.record], drive_words, strand.record * _WORDS)
-    return -done if attention else done
+    return -done if service_request else done
 
 
 KERNEL = Kernel(
