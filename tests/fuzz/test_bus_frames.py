@@ -149,10 +149,10 @@ class Attack:
                 lambda: FoeClient(mailbox).read("file", response_ns=answer),
                 lambda: FoeClient(mailbox).write("file", bytes(900), response_ns=answer),
                 lambda: SoeClient(mailbox).read(32, response_ns=answer),
-                lambda: aoe.ask(AMS_PACKET, response_ns=answer),
+                lambda: aoe.request(AMS_PACKET, response_ns=answer),
                 lambda: eoe.send(bytes(1000)),
                 lambda: eoe.get_ip(response_ns=answer),
-                lambda: voe.ask(VendorMessage(1, 2, b"any"), response_ns=answer),
+                lambda: voe.request(VendorMessage(1, 2, b"any"), response_ns=answer),
             )
         )
         self.jobs.append(master.run(steps()))

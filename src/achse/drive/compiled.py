@@ -108,7 +108,7 @@ class CompiledRecord(RowView, _Fields):
         self._inputs = self.row[first : first + sent.size]
 
     def postpone(self, outputs: bytes | None, dt: float, count: int, service_request: bool) -> None:
-        """Note a step of `count` cycles, before it the outputs; with or without a service request."""
+        """Note a step of `count` cycles, before it the outputs."""
         ints = self.ints
         if outputs is not None:
             self._outputs[:] = outputs

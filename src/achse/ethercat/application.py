@@ -141,9 +141,9 @@ class Application(Protocol):
     def enter(self, state: AlState, sync0_ns: int, cause: AlStatus) -> AlStatus:
         """The slave is about to enter `state`; anything but NO_ERROR refuses.
 
-        `sync0_ns` is the SYNC0 cycle, 0 in FreeRun. `cause` is NO_ERROR for what the master asked
-        for; else it is why the slave falls to `state` (watchdog, lost synchronisation, …), and the
-        answer is not looked at. Staying in one state is not told.
+        `sync0_ns` is the SYNC0 cycle, 0 in FreeRun. `cause` is NO_ERROR for what the master
+        requested; else it is why the slave falls to `state` (watchdog, lost synchronisation, …), and the
+        answer is not looked at. Staying in one state is not reported.
         """
         ...
 
@@ -241,5 +241,5 @@ class FileApplication(Protocol):
         ...
 
     def write_file(self, name: str, data: bytes) -> None:
-        """Take over a whole file; `programming` tells how that goes on."""
+        """Take over a whole file; `programming` reports its progress."""
         ...

@@ -73,7 +73,7 @@ class CoeServer:
                 return MailboxError.SERVICE_NOT_SUPPORTED
 
     def _pdo(self, service: int, number: int, body: bytes) -> Iterable[bytes] | MailboxError:
-        """A PDO asked for, or written: that has no answer, whatever becomes of it."""
+        """A PDO requested, or written: a write has no answer."""
         try:
             if service == CoeService.RX_PDO:
                 self._pdos.write(RX_PDO + number, body)

@@ -239,10 +239,14 @@ def _numbers(application: Application, described: ObjectDescription | None) -> S
 
 def _entry(mapping: int, objects: dict[int, ObjectDescription]) -> PdoEntry:
     index, subindex, bits = mapping >> 16, mapping >> 8 & 0xFF, mapping & 0xFF
-    found = objects.get(index)
-    if found is not None:
-        for entry in found.entries:
+    description = objects.get(index)
+    if description is not None:
+        for entry in description.entries:
             if entry.subindex == subindex:
-                name = found.name if len(found.entries) == 1 else f"{found.name}: {entry.name}"
+                name = (
+                    description.name
+                    if len(description.entries) == 1
+                    else f"{description.name}: {entry.name}"
+                )
                 return PdoEntry(index, subindex, bits, name, entry.data_type)
     return PdoEntry(index, subindex, bits, "", 0)

@@ -231,7 +231,7 @@ class Esc:
         return done
 
     def _pieces(self, address: int, end: int) -> list[tuple[SyncManager | None, int, int]]:
-        """The parts of an access to process data memory, by who guards them."""
+        """The parts of an access to process data memory, by their SyncManager."""
         pieces: list[tuple[SyncManager | None, int, int]] = []
         while address < end:
             stop = end
@@ -489,7 +489,7 @@ class Esc:
     # the application's side
 
     def set_al_status(self, state: AlState, code: AlStatus, identification: int = 0) -> None:
-        """Show state and AL status code; `identification` instead of a code if asked for."""
+        """Show state and AL status code; `identification` instead of a code if requested."""
         status = state | _ERROR * (code is not AlStatus.NO_ERROR)
         number = code.number
         if identification and not number:
@@ -523,8 +523,8 @@ class Esc:
 
     def open_with_link(self, port: int | None = None) -> None:
         """Let a port (all, if none is given) open with its link again, as after power-up."""
-        kept = 0 if port is None else ~(3 << 2 * port)
-        self.memory[_LOOP_CONTROL] = self._loop_control = self.memory[_LOOP_CONTROL] & kept
+        mask = 0 if port is None else ~(3 << 2 * port)
+        self.memory[_LOOP_CONTROL] = self._loop_control = self.memory[_LOOP_CONTROL] & mask
 
     def count(self, address: int) -> None:
         """Count up an error counter, which stops at 255."""

@@ -27,7 +27,7 @@ from achse.ethercat.sii import SII_SIZE, build_sii
 
 _PROFILE = 402
 _BOOT_AT = 0x28
-"""Bytes of the EEPROM that tell the mailboxes of Bootstrap."""
+"""Bytes of the EEPROM that describe the mailboxes of Bootstrap."""
 _ENGLISH = {"LcId": "1033"}
 _TIMEOUTS = {
     "PreopTimeout": 3000,

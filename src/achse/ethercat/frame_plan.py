@@ -128,7 +128,7 @@ def gather_registers(
         for esc, value in values:
             merged |= value[0]
             if esc.events:
-                esc.read(address, length)  # what it tells is over by that
+                esc.read(address, length)  # this ends its event
         buffer[data] = merged.to_bytes(length, sys.byteorder)
         buffer[passed] = behind
         buffer[counter] = count

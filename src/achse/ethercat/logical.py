@@ -44,7 +44,7 @@ class Plan:
         self.count = 0
         self.exact = False
         self._parts: list[_Parts] = []
-        given: list[slice] = []
+        filled: list[slice] = []
         for esc in escs:
             writes = _transfers(esc, address, length, writes=True) if command.writes else []
             reads = _transfers(esc, address, length, writes=False) if command.reads else []
@@ -58,7 +58,7 @@ class Plan:
             if flags and len(flags) < len(reads):
                 self.exact = True
             for take in takes:
-                if take is None or any(_overlap(take[1], part) for part in given):
+                if take is None or any(_overlap(take[1], part) for part in filled):
                     self.exact = True
                 else:
                     self.takes.append(take)
@@ -67,7 +67,7 @@ class Plan:
                     self.exact = True
                 else:
                     self.gives.append(give)
-                    given.append(give[1])
+                    filled.append(give[1])
             self.count += _increment(command, bool(reads), bool(writes))
         bits = [bit for _, bit in self.flags]
         if bits and (self.takes or self.gives or len(set(bits)) < len(bits)):
@@ -98,10 +98,10 @@ class Plan:
                 value = int.from_bytes(data, "little") >> datagram_bit
                 wrote |= esc.write_bits(memory_bit, bits, value)
             for datagram_bit, memory_bit, bits in reads:
-                found = esc.read_bits(memory_bit, bits)
-                if found is not None:
+                read_value = esc.read_bits(memory_bit, bits)
+                if read_value is not None:
                     mask = (1 << bits) - 1 << datagram_bit
-                    value = int.from_bytes(data, "little") & ~mask | found << datagram_bit
+                    value = int.from_bytes(data, "little") & ~mask | read_value << datagram_bit
                     data[:] = value.to_bytes(len(data), "little")
                     read = True
             count += _increment(command, read, wrote)

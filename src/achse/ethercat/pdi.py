@@ -1,4 +1,4 @@
-"""The device's side of a slave controller: what a device is told, AL events, accesses by PDI.
+"""The device's side of a slave controller: notifications, AL events, accesses by PDI.
 
 A device of this package is called when something happened (`Pdi`). One that looks by itself, as
 firmware does, reads the AL event request and the registers through `PdiAccess`.
@@ -32,7 +32,7 @@ class AlEvent(IntFlag):
 
 
 class Pdi(Protocol):
-    """The device behind a slave controller, told of what the master does."""
+    """The device behind a slave controller, notified of the master's accesses."""
 
     def al_control(self, request: int) -> None:
         """AL control was written; bits 0..3 state, 4 acknowledge, 5 identification."""

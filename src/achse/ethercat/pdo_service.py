@@ -1,4 +1,4 @@
-"""PDOs by mailbox, the slave's end: asked for and written whole, as they are mapped.
+"""PDOs by mailbox, the slave's end: read and written whole, as they are mapped.
 
 Source: ETG.1000.6 §5.6.4 (TxPDO, RxPDO and their remote requests); 001 has none.
 """

@@ -51,7 +51,7 @@ def process_buffers(application: Application, memory: SlaveMemory) -> tuple[Proc
 
     One without buffers of its own has its process data in the first SyncManager of each direction.
     """
-    made: list[ProcessBuffer] = []
+    process_data: list[ProcessBuffer] = []
     for number, (use, area) in enumerate(memory.managers):
         if use not in (SiiUse.OUTPUTS, SiiUse.INPUTS):
             continue
@@ -62,13 +62,13 @@ def process_buffers(application: Application, memory: SlaveMemory) -> tuple[Proc
                 application.buffer_writer, number
             )
             reader: Callable[[], Callable[[], bytes]] = partial(application.buffer_reader, number)
-        elif any(each.output == output for each in made):
+        elif any(each.output == output for each in process_data):
             continue
         else:
             size = partial(_size, application, output)
             writer, reader = partial(_writer, application), partial(_reader, application)
-        made.append(ProcessBuffer(number, area, output, size, writer, reader))
-    return tuple(made)
+        process_data.append(ProcessBuffer(number, area, output, size, writer, reader))
+    return tuple(process_data)
 
 
 def exchange_buffers(

@@ -41,7 +41,7 @@ class ControllerResources:
     features: int = _FEATURES
 
     def show(self, memory: bytearray) -> None:
-        """Write the resources to the registers that tell them."""
+        """Write the resources to their registers."""
         for register, value in (
             (Register.FMMU_COUNT, self.fmmus),
             (Register.SYNC_MANAGER_COUNT, self.sync_managers),
@@ -132,7 +132,7 @@ class Register(IntEnum):
     """Bit 0: PDI operational, 1: its watchdog; 4..7: links; 8..15: loops and communication of
     the ports (§6.1.4, table 34)."""
     AL_CONTROL = (0x0120, 2, "AL control", True, 1)
-    """The state that the master asks for; 4: acknowledge, 5: identification (§6.1.5, R1)."""
+    """The state that the master requests; 4: acknowledge, 5: identification (§6.1.5, R1)."""
     AL_STATUS = (0x0130, 2, "AL status", False, 1)
     """The state of the slave; 4: error, 5: identification shown (§6.1.5, R3)."""
     AL_STATUS_CODE = (0x0134, 2, "AL status code")

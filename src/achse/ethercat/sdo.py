@@ -184,10 +184,10 @@ class SdoServer:
 
     def _record(self, index: int, subindex: int) -> ObjectDescription:
         """The object, if complete access from `subindex` on makes sense."""
-        found = self._object(index)
-        if found.code == ObjectCode.VAR or subindex > 1:
+        description = self._object(index)
+        if description.code == ObjectCode.VAR or subindex > 1:
             raise SdoAbort(AbortCode.UNSUPPORTED_ACCESS)
-        return found
+        return description
 
     def _read_complete(self, index: int, subindex: int) -> bytes:
         """Subindex 0 in 16 bits, then the entries one after the other, by their bits."""

@@ -74,18 +74,18 @@ class SdoInformation:
         ]
 
     def _describe_object(self, index: int, capacity: int) -> bytes:
-        found = self._objects.get(index)
-        if found is None:
+        description = self._objects.get(index)
+        if description is None:
             return _refuse(AbortCode.NO_OBJECT)
-        last = found.entries[-1].subindex
-        fixed = struct.pack("<HHBB", index, found.data_type, last, found.code)
-        return (_HEADER.pack(_OBJECT, 0) + fixed + _name(found.name))[:capacity]
+        last = description.entries[-1].subindex
+        fixed = struct.pack("<HHBB", index, description.data_type, last, description.code)
+        return (_HEADER.pack(_OBJECT, 0) + fixed + _name(description.name))[:capacity]
 
     def _describe_entry(self, index: int, subindex: int, wanted: int, capacity: int) -> bytes:
-        found = self._objects.get(index)
-        if found is None:
+        description = self._objects.get(index)
+        if description is None:
             return _refuse(AbortCode.NO_OBJECT)
-        for entry in found.entries:
+        for entry in description.entries:
             if entry.subindex == subindex:
                 info, values = _values(entry, wanted)
                 fixed = struct.pack(
@@ -93,7 +93,7 @@ class SdoInformation:
                 )
                 text = _HEADER.pack(_ENTRY, 0) + fixed + values + _name(entry.name)
                 return text[:capacity]
-        if subindex < found.entries[-1].subindex:  # a gap: no type, no bits, no access
+        if subindex < description.entries[-1].subindex:  # a gap: no type, no bits, no access
             return _HEADER.pack(_ENTRY, 0) + struct.pack("<HBBHHH", index, subindex, 0, 0, 0, 0)
         return _refuse(AbortCode.NO_SUBINDEX)
 

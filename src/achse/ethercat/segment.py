@@ -37,7 +37,7 @@ _LOGICAL = struct.Struct("<BBIHH")
 _U16 = struct.Struct("<H")
 
 HOP_NS = 300
-"""From one slave to the next, if nothing else is told: cable and physical layer."""
+"""From one slave to the next, by default: cable and physical layer."""
 
 _PORT_ORDER = (3, 1, 2)
 """Order in which a frame leaves a slave after it came in by port 0."""
@@ -45,7 +45,7 @@ _PORT_ORDER = (3, 1, 2)
 _FIRST_PORT = 1
 _NEVER = 1 << 62
 _SYSTEM_TIME = int(Register.SYSTEM_TIME)
-"""A number, since it is asked for with each datagram."""
+"""A number, since each datagram reads it."""
 _MAX_PLANS = 256
 
 _COMMANDS = {int(command): command for command in DatagramCommand}
@@ -193,7 +193,7 @@ class Segment:
         """Mend the cable at port 0 of `slave`.
 
         With the link the ports at both ends of it, and all behind it, open again as after power-up,
-        whatever DL control has closed or held open: nobody could reach them to undo that.
+        whatever DL control has closed or forced open: no master could reach them to undo that.
         """
         place = self._place(slave)
         place.whole = True
@@ -462,12 +462,12 @@ class Segment:
             for take, part in plan.takes:
                 take(whole[part])
             if plan.gives:
-                given = memoryview(buffer)[begin : begin + length]  # keeps its length
+                view = memoryview(buffer)[begin : begin + length]  # keeps its length
                 if plan.span is not None:
-                    given[plan.span] = b"".join([give() for give, _ in plan.gives])
+                    view[plan.span] = b"".join([give() for give, _ in plan.gives])
                 else:
                     for give, part in plan.gives:
-                        given[part] = give()
+                        view[part] = give()
             if plan.flags:
                 buffer[begin : begin + length] = plan.look(whole)
             count = plan.count

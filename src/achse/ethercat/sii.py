@@ -100,7 +100,7 @@ class SiiSource:
     current_ma: int = 0
     ports: int = _PORTS_MII
     identification_at: int = 0
-    """Address of the memory that tells the identification, with `flags` bit 4."""
+    """Address of the memory with the identification, with `flags` bit 4."""
     stretches: bool = False
     """True if an image that is too long makes the EEPROM larger."""
 

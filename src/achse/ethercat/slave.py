@@ -145,7 +145,7 @@ class Slave:
     # AL control: requests of the master
 
     def al_control(self, request_word: int) -> None:
-        """The master asks for a state (`Pdi`)."""
+        """The master requests a state (`Pdi`)."""
         if self._hung:
             self._pending_request = request_word
             return
@@ -476,9 +476,9 @@ class Slave:
         self.esc.pdi_alive()
         for number in range(len(self.esc.sync_managers)):
             self.sync_manager_changed(number)
-        asked, self._pending_request = self._pending_request, None
-        if asked is not None:
-            self.al_control(asked)
+        request, self._pending_request = self._pending_request, None
+        if request is not None:
+            self.al_control(request)
         self._serve()
 
     def _do_nothing(self, elapsed_ns: int) -> AlStatus:
@@ -536,7 +536,7 @@ class Slave:
         return in_step and self.exchanges_only
 
     def skip(self, elapsed_ns: int, ahead_ns: int = 0) -> None:
-        """Whole cycles have passed, whose steps somebody else did: with outputs, on time.
+        """Whole cycles have passed, whose steps another kernel did: with outputs, on time.
 
         Steps were done for `ahead_ns` more.
         """

@@ -174,7 +174,7 @@ class SyncManager:
         """True if the master wrote data that the application has not read, or took the waiting
         message."""
         if self.sink is not None or self.source is not None:
-            return False  # anyone who takes whole buffers has taken them
+            return False  # an access to whole buffers has read them
         event = _WRITE_EVENT if self.to_application else _READ_EVENT
         return self.works and bool(self.events & event)
 

@@ -240,12 +240,12 @@ def _check(inputs: int, outputs: int, kind: str) -> None:
 def _channel(
     index: int, name: str, access: int, entries: Sequence[tuple[int, int, int]]
 ) -> DictionaryObject:
-    made = [
+    objects = [
         number(sub, f"{name} {sub}", bits, access=access, signed=sub == _VALUE)
         for _, sub, bits in entries
     ]
     place = (index & _WITHIN_KIND) // _CHANNEL + 1
-    return record_object(index, f"{name} {place}", made, max(sub for _, sub, _ in entries))
+    return record_object(index, f"{name} {place}", objects, max(sub for _, sub, _ in entries))
 
 
 def _numbers(index: int, name: str, bits: int, values: Sequence[int]) -> DictionaryObject:

@@ -45,9 +45,9 @@ def test_the_answer_is_that_of_the_request(invoke: int, value: bytes, unasked: l
     slave.aoe.take = came.append
     device.outbox.extend((AOE, each) for each in unasked)  # type: ignore[attr-defined]
     body = struct.pack("<III", 0xF302, 0x2000_0000, len(value)) + value
-    written = ours.do(slave.aoe.ask(packet(3, body, invoke)))
+    written = ours.do(slave.aoe.request(packet(3, body, invoke)))
     assert written == struct.pack("<8s8sHHIII", US, SLAVE, 3, 5, 4, 0, invoke) + bytes(4)
-    answer = ours.do(slave.aoe.ask(reading(invoke=invoke)))
+    answer = ours.do(slave.aoe.request(reading(invoke=invoke)))
     assert answer[32:] == struct.pack("<II", 0, len(value)) + value
     assert came == [each for each in unasked if is_packet(each)]
 
@@ -56,12 +56,12 @@ def test_what_is_no_packet_is_refused(bus: Callable[..., Any]) -> None:
     ours = bus(kind=Messenger).up(AlState.PREOP)
     aoe = ours.master.slaves[0].aoe
     with pytest.raises(WrongAnswer, match="not an AMS packet"):
-        ours.do(aoe.ask(bytes(20)))
+        ours.do(aoe.request(bytes(20)))
     with pytest.raises(WrongAnswer, match="250 bytes at most"):
-        ours.do(aoe.ask(packet(3, bytes(aoe.room - 31))))
+        ours.do(aoe.request(packet(3, bytes(aoe.room - 31))))
     ours.segment.slaves[0]._mailbox._services[AOE] = lambda data: [data]  # a request comes back
     with pytest.raises(MailboxTimeout):
-        ours.do(aoe.ask(reading(), response_ns=20_000_000))
+        ours.do(aoe.request(reading(), response_ns=20_000_000))
     assert is_request(reading())
     assert not is_request(packet(2, b"", flags=5))
 
@@ -76,4 +76,4 @@ def test_a_response_is_sent_without_waiting(bus: Callable[..., Any]) -> None:
 def test_a_slave_without_it_says_so(bus: Callable[..., Any]) -> None:
     ours = bus().up(AlState.PREOP)
     with pytest.raises(MailboxRefusal, match="UNSUPPORTED_PROTOCOL"):
-        ours.do(ours.master.slaves[0].aoe.ask(reading()))
+        ours.do(ours.master.slaves[0].aoe.request(reading()))

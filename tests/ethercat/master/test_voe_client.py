@@ -28,7 +28,7 @@ def test_a_question_has_the_next_message_of_its_vendor(
     other = (vendor ^ 1).to_bytes(4, "little")
     ours.line[0].outbox.extend((VOE, other + each) for each in before)  # type: ignore[attr-defined]
     assert slave.voe is not None
-    answer = ours.do(slave.voe.ask(VendorMessage(vendor, 7, data)))
+    answer = ours.do(slave.voe.request(VendorMessage(vendor, 7, data)))
     assert answer == VendorMessage(vendor, 8, data[::-1])
     counted = [each for each in before if len(each) >= 2]
     assert slave.voe.count == len(counted)
@@ -45,7 +45,7 @@ def test_messages_without_an_answer(bus: Callable[..., Any]) -> None:
     ours.until(lambda: voe.count == 1)
     assert voe.last == VendorMessage(9, 2, b"news")
     with pytest.raises(MailboxTimeout):
-        ours.do(voe.ask(VendorMessage(5, 1), response_ns=20_000_000))
+        ours.do(voe.request(VendorMessage(5, 1), response_ns=20_000_000))
     with pytest.raises(WrongAnswer, match="250 bytes at most"):
         ours.do(voe.send(VendorMessage(5, 1, bytes(245))))
     with pytest.raises(WrongAnswer, match="6 bytes or more"):
@@ -55,4 +55,4 @@ def test_messages_without_an_answer(bus: Callable[..., Any]) -> None:
 def test_a_slave_without_it_says_so(bus: Callable[..., Any]) -> None:
     ours = bus().up(AlState.PREOP)
     with pytest.raises(MailboxRefusal, match="UNSUPPORTED_PROTOCOL"):
-        ours.do(ours.master.slaves[0].voe.ask(VendorMessage(5, 1)))
+        ours.do(ours.master.slaves[0].voe.request(VendorMessage(5, 1)))

@@ -100,7 +100,7 @@ def test_master_reads_and_writes_objects_of_a_slave_by_aoe() -> None:
 
     def exchange(command: int, data: bytes) -> bytes:
         packet = Frame(SLAVE, CLIENT, command, invoke_id=3, data=data).encode()
-        return Frame.decode(ours.do(ours.seen.aoe.ask(packet))).data
+        return Frame.decode(ours.do(ours.seen.aoe.request(packet))).data
 
     assert exchange(Command.READ_DEVICE_INFO, b"")[8:] == b"Speaker".ljust(16, b"\0")
     assert exchange(Command.WRITE, place(0x7000, 1, 4) + b"abcd") == bytes(4)

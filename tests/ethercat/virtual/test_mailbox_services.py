@@ -52,9 +52,9 @@ def test_only_protocols_of_the_file_are_spoken(spoken: set[str]) -> None:
 def test_vendor_s_messages_wait_or_are_answered() -> None:
     quiet, turned = Served("<VoE/>"), Served("<VoE/>", Turned())
     message = VendorMessage(5, 6, b"abc")
-    assert turned.do(turned.seen.voe.ask(message)) == VendorMessage(5, 6, b"cba")
+    assert turned.do(turned.seen.voe.request(message)) == VendorMessage(5, 6, b"cba")
     with pytest.raises(MailboxTimeout):
-        quiet.do(quiet.seen.voe.ask(message, response_ns=20_000_000))
+        quiet.do(quiet.seen.voe.request(message, response_ns=20_000_000))
     assert list(quiet.device.messages.vendor_messages) == [message.encode()]
 
 

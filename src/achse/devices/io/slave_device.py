@@ -302,7 +302,7 @@ class BusSlaveDevice(Device):
     def _ask_vendor(self, offset: int, length: int, data: bytes, client: bytes) -> bytes:
         raise answer_later(
             self.bus.master,
-            self._ready_voe().ask(_vendor_message(data)),
+            self._ready_voe().request(_vendor_message(data)),
             lambda answer: _whole(answer.encode(), length),
             lambda trouble: self._note(client, trouble),
         )

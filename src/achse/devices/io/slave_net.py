@@ -50,7 +50,9 @@ class SlaveNet:
         packet = Frame(
             frame.target, frame.source, frame.command, frame.flags, 0, self._invoke_id, frame.data
         )
-        self._bus.master.run(self._aoe.ask(packet.encode()), lambda job: self._answer(frame, job))
+        self._bus.master.run(
+            self._aoe.request(packet.encode()), lambda job: self._answer(frame, job)
+        )
         return True
 
     def _refusal(self, frame: Frame) -> ReturnCode | None:

@@ -48,7 +48,7 @@ class AoeClient:
         """Bytes of the longest packet."""
         return min(self._mailbox.capacity, self._mailbox.incoming.length - 6)
 
-    def ask(self, packet: bytes, *, response_ns: int = 0) -> Steps[bytes]:
+    def request(self, packet: bytes, *, response_ns: int = 0) -> Steps[bytes]:
         """The response to a request: the packet with its invoke id and command."""
         self._check(packet)
 

@@ -1,7 +1,7 @@
 """The way of one slave to its state: mailbox, start commands, PDOs, SyncManagers, FMMUs, clock.
 
 Each step is done in the state in which it is allowed; an error of the slave is acknowledged and the
-way begins again from the state that its AL status code asks for, at most three times.
+way begins again from the state that its AL status code requires, at most three times.
 
 Source: ETG.1000.4 §6.1.5; ETG.1020 for the order; 001 §2.8 for PDO mapping.
 """
@@ -63,7 +63,7 @@ _HOPELESS = {
 
 
 class BringUp:
-    """Leads slaves to states. `reached` is told each state that a slave has come to."""
+    """State changes of slaves. `reached` is called with each state that a slave has come to."""
 
     def __init__(
         self,
@@ -77,15 +77,15 @@ class BringUp:
         self._reached = reached
         self._clock_warning = clock_warning
 
-    def lead(self, slave: BusSlave, fresh: bool = False) -> Steps[None]:
-        """Lead a slave to `slave.requested_state`; with `fresh` by way of Init.
+    def run(self, slave: BusSlave, fresh: bool = False) -> Steps[None]:
+        """Bring a slave to `slave.requested_state`; with `fresh` by way of Init.
 
         Raises the `BusError` that it ended with, after three tries.
         """
         restart = AlState.INIT if fresh else None
         for attempt in range(_TRIES):
             try:
-                yield from self._lead_once(slave, restart)
+                yield from self._run_once(slave, restart)
                 slave.last_trouble = ""
                 slave.failed_command = False
                 return
@@ -106,7 +106,7 @@ class BringUp:
                     raise
             yield Pause(_RETRY_NS)
 
-    def _lead_once(self, slave: BusSlave, restart: AlState | None) -> Steps[None]:
+    def _run_once(self, slave: BusSlave, restart: AlState | None) -> Steps[None]:
         report = yield from acknowledge(slave.station)
         self._note(slave, report.state)
         if report.state == slave.requested_state == AlState.BOOT:
@@ -217,7 +217,7 @@ class BringUp:
                 yield from slave.soe.write(command.idn, data, drive=command.drive)
 
     def _map(self, slave: BusSlave) -> Steps[None]:
-        """Assignment off, entries, assignment on: the order that strict slaves ask for."""
+        """Assignment off, entries, assignment on: the order that strict slaves require."""
         configuration, sdo = slave.configuration, slave.sdo
         if sdo is None or not configuration.assign:
             return

@@ -262,20 +262,20 @@ class BusConfiguration:
 def _pdo(
     present: tuple[Pdo, ...], index: int, manager: int, entries: Iterable[tuple[int, int, int]]
 ) -> Pdo:
-    found = {
+    by_place = {
         (each.index, each.subindex): each for pdo in present for each in pdo.entries if each.index
     }
 
     def entry(index: int, subindex: int, bits: int) -> PdoEntry:
-        known = found.get((index, subindex))
+        known = by_place.get((index, subindex))
         return PdoEntry(
             index, subindex, bits, known.name if known else "", known.data_type if known else 0
         )
 
-    made = tuple(entry(*each) for each in entries)
+    assigned = tuple(entry(*each) for each in entries)
     if present:
-        return replace(present[0], entries=made)
-    return Pdo(index, "", manager, False, made)
+        return replace(present[0], entries=assigned)
+    return Pdo(index, "", manager, False, assigned)
 
 
 def from_description(

@@ -194,8 +194,8 @@ class _SharedByte:
 
     def put(self) -> None:
         """The slave's memory to the frame."""
-        kept = self._whole[0] & ~(self._mask << self._bit)
-        self._whole[0] = kept | (self.own[0] & self._mask) << self._bit
+        other_bits = self._whole[0] & ~(self._mask << self._bit)
+        self._whole[0] = other_bits | (self.own[0] & self._mask) << self._bit
 
     def take(self) -> None:
         """The bits of the frame to the slave's memory."""
@@ -327,20 +327,20 @@ class CyclicExchange:
         frames = self._frames
         index = self._cycle * len(frames) % _INDICES
         quiet = self._cycle % self._look_cycles != 0
-        made = []
+        sent = []
         for frame in frames:
             if frame.away:
                 self._missing(frame)
             frame.away = True
             if not quiet or frame is not self._bits_frame:
-                made.append(frame.whole(index))
+                sent.append(frame.whole(index))
             elif len(frame.parts) > 1:
-                made.append(frame.short(index))
+                sent.append(frame.short(index))
             else:
                 frame.away = False
             index = (index + 1) % _INDICES
-        self.counters.sent += len(made)
-        return made
+        self.counters.sent += len(sent)
+        return sent
 
     def _missing(self, frame: _Template) -> None:
         self.counters.lost += 1
@@ -368,7 +368,7 @@ class CyclicExchange:
             process.fresh += cycles
 
     def exchanged(self, position: int) -> memoryview:
-        """The inputs of a slave, for who exchanges them without frames."""
+        """The inputs of a slave, for an exchange without frames."""
         return self._input_views.get(position, memoryview(bytearray()))
 
     def receive(self, packet: bytes) -> None:

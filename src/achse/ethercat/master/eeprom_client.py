@@ -57,7 +57,7 @@ class EepromClient:
         for _ in range(_TRIES):
             request = Datagram.at(DatagramCommand.FPWR, self.station, _CONTROL, written)
             came = yield Trip((request, back))
-            start = asked = came.now_ns
+            start = time_ns = came.now_ns
             while True:
                 if came.datagrams[0].counter != 1 or came.datagrams[-1].counter != 1:
                     raise NoAnswer(self.station, _CONTROL, 0)
@@ -65,9 +65,9 @@ class EepromClient:
                 status = int.from_bytes(answer[:2], "little")
                 if not status & (_BUSY | _LOADING):
                     break
-                if asked - start > _BUSY_NS:
+                if time_ns - start > _BUSY_NS:
                     raise EepromTrouble(f"station {self.station}: EEPROM stays busy")
-                asked = (yield Pause(_POLL_NS)).now_ns
+                time_ns = (yield Pause(_POLL_NS)).now_ns
                 came = yield Trip((back,))
             if not status & (_COMMAND_ERROR | _WRITE_ERROR):
                 return answer[6 : 14 if status & _EIGHT_BYTES else 10]
@@ -97,7 +97,7 @@ class EepromClient:
         yield from self._command(_RELOAD, 0)
 
     def content(self) -> Steps[bytes]:
-        """Return all words of the memory, as many as word 0x3E tells, 131,072 bytes at most."""
+        """Return all words of the memory, as many as word 0x3E says, 131,072 bytes at most."""
         data = yield from self.read(0, _SIZE_WORD + 1)
         return data + (yield from self.read(_SIZE_WORD + 1, _words(data) - _SIZE_WORD - 1))
 
@@ -125,7 +125,7 @@ def _words(data: bytes | bytearray) -> int:
 def whole_image(position: int, new: bytes = b"") -> Steps[bytes]:
     """Return the whole EEPROM of the slave at a position, after `new` was written to it, if any.
 
-    It has the size that its word 0x3E tells.
+    Its word 0x3E has its size.
 
     The bus goes to Init. Raises `BusError`, also if the image reads back otherwise.
     """

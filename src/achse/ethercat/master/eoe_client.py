@@ -62,7 +62,7 @@ class EoeClient:
             self.take(frame)
 
     def send(self, frame: bytes) -> Steps[None]:
-        """Send a frame; nobody says whether it was taken."""
+        """Send a frame; there is no acknowledgement."""
         mailbox = self._mailbox
         self._number = self._number + 1 & 0x0F
         try:
@@ -95,17 +95,17 @@ class EoeClient:
         return _decoded(MacFilter.decode, body)
 
     def _set(self, what: str, kind: EoeType, body: bytes, response_ns: int) -> Steps[None]:
-        _, _, result, _ = yield from self._ask(kind, body, response_ns)
+        _, _, result, _ = yield from self._exchange(kind, body, response_ns)
         if result != EoeResult.SUCCESS:
             raise EoeRefusal(self._mailbox.station, what, result)
 
     def _get(self, what: str, kind: EoeType, response_ns: int) -> Steps[bytes]:
-        _, _, result, body = yield from self._ask(kind, b"", response_ns)
+        _, _, result, body = yield from self._exchange(kind, b"", response_ns)
         if result != EoeResult.SUCCESS:
             raise EoeRefusal(self._mailbox.station, what, result)
         return body
 
-    def _ask(
+    def _exchange(
         self, kind: EoeType, body: bytes, response_ns: int
     ) -> Steps[tuple[int, int, int, bytes]]:
         answer = yield from self._mailbox.converse(

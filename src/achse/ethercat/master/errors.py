@@ -56,7 +56,7 @@ class SdoRefusal(BusError):
 
 
 class StateRefusal(BusError):
-    """The slave shows an error instead of the state that was asked for."""
+    """The slave shows an error instead of the requested state."""
 
     def __init__(self, station: int, target: AlState, state: int, number: int) -> None:
         code = AlStatus.of(number)

@@ -191,14 +191,14 @@ def read_esi(
 
     root = parse_esi(text, {DEVICE_PATH: consider}, encoding)
     modules = root.find("Descriptions/Modules")
-    found = []
+    devices = []
     for element, name, identity in wanted:
         try:
             vendor = _within(number(root, "Vendor/Id"), 0xFFFF_FFFF, "Vendor Id")
-            found.append(replace(_device(element, name, (vendor, *identity)), modules=modules))
+            devices.append(replace(_device(element, name, (vendor, *identity)), modules=modules))
         except ValueError as fault:
             raise EsiError(f"{name}: {fault}") from None
-    return found
+    return devices
 
 
 def parse_esi(
@@ -257,10 +257,10 @@ def _device(element: Element, type_name: str, identity: tuple[int, int, int]) ->
 
 def _channels(element: Element, tag: str) -> list[Element]:
     """The channels of a controller, FMMUs or SyncManagers; ValueError for more than it can have."""
-    found = element.findall(tag)
-    if len(found) > _LAST_SYNC_MANAGER + 1:
-        raise ValueError(f"{tag}: expected at most {_LAST_SYNC_MANAGER + 1}, got {len(found)}")
-    return found
+    elements = element.findall(tag)
+    if len(elements) > _LAST_SYNC_MANAGER + 1:
+        raise ValueError(f"{tag}: expected at most {_LAST_SYNC_MANAGER + 1}, got {len(elements)}")
+    return elements
 
 
 def _name(element: Element) -> str:
@@ -376,8 +376,8 @@ def _mode(element: Element) -> EsiMode:
 
 
 def _time(element: Element, tag: str) -> EsiTime:
-    found = element.find(tag)
-    factor = "0" if found is None else found.get("Factor", "0")
+    child = element.find(tag)
+    factor = "0" if child is None else child.get("Factor", "0")
     return EsiTime(number(element, tag), number_of(factor or "0", f"{tag} Factor"))
 
 
@@ -456,7 +456,7 @@ def from_esi(
 def described(
     slave: SlaveConfiguration, devices: Iterable[EsiDevice], *, cycle_ns: int = 2 * _MS
 ) -> SlaveConfiguration:
-    """A scanned slave with what only its ESI tells: clock mode, start commands, time-outs.
+    """A scanned slave with what only its ESI has: clock mode, start commands, time-outs.
 
     Taken is the device of its revision, else the newest before it; without one the slave stays
     as it is. PDOs are those of the scan.
@@ -492,7 +492,7 @@ def _assigned(
     """The PDOs of one direction, each with its SyncManager."""
     usual = next((each.number for each in managers if each.output == output), None)
     by_mode = {pdo: manager for manager, pdos in listed.items() for pdo in pdos}
-    found = []
+    assigned = []
     for each in device.outputs if output else device.inputs:
         index, manager = each.pdo.index, each.pdo.sync_manager
         if wanted is not None:
@@ -508,24 +508,24 @@ def _assigned(
         place = by_mode.get(index, manager if manager is not None else usual)
         if place is None:
             raise EsiError(f"{device.type_name}: no SyncManager for PDO {index:04X}")
-        found.append(replace(each, pdo=replace(each.pdo, sync_manager=place)))
+        assigned.append(replace(each, pdo=replace(each.pdo, sync_manager=place)))
     if wanted is None:
-        found = _first_of_each(found)
-    present = {each.pdo.index for each in found}
-    for each in found:
+        assigned = _first_of_each(assigned)
+    present = {each.pdo.index for each in assigned}
+    for each in assigned:
         against = present.intersection(each.excludes) - {each.pdo.index}
         if against:
             names = ", ".join(f"{n:04X}" for n in sorted(against))
             raise EsiError(f"{device.type_name}: PDO {each.pdo.index:04X} excludes {names}")
-    return tuple(each.pdo for each in found)
+    return tuple(each.pdo for each in assigned)
 
 
 def _first_of_each(pdos: Sequence[EsiPdo]) -> list[EsiPdo]:
     """Without those that one before them excludes; what is mandatory stays."""
-    kept: list[EsiPdo] = []
+    unique: list[EsiPdo] = []
     excluded: set[int] = set()
     for each in pdos:
         if each.mandatory or each.pdo.index not in excluded:
-            kept.append(each)
+            unique.append(each)
             excluded.update(each.excludes)
-    return kept
+    return unique

@@ -71,11 +71,15 @@ class FoeClient:
             request = _HEAD.pack(_O.READ, password) + name.encode()
             number, busy = 1, 0
             while True:
-                operation, told, data = yield from self._ask(name, request, response_ns)
+                operation, acknowledged, data = yield from self._exchange(
+                    name, request, response_ns
+                )
                 if operation == _O.BUSY:
-                    busy = yield from self._wait(name, busy, told, data, progress)
-                elif operation != _O.DATA or told != number:
-                    raise WrongAnswer(f"{name}: packet {number} expected, got {operation}:{told}")
+                    busy = yield from self._wait(name, busy, acknowledged, data, progress)
+                elif operation != _O.DATA or acknowledged != number:
+                    raise WrongAnswer(
+                        f"{name}: packet {number} expected, got {operation}:{acknowledged}"
+                    )
                 else:
                     value += data
                     _note(progress, len(value))
@@ -110,13 +114,15 @@ class FoeClient:
             request = _HEAD.pack(_O.WRITE, password) + name.encode()
             number, busy, at, last = 0, 0, 0, False
             while True:
-                operation, told, words = yield from self._ask(name, request, response_ns)
+                operation, acknowledged, words = yield from self._exchange(
+                    name, request, response_ns
+                )
                 if operation == _O.BUSY:
-                    busy = yield from self._wait(name, busy, told, words, progress)
+                    busy = yield from self._wait(name, busy, acknowledged, words, progress)
                     continue
-                if operation != _O.ACKNOWLEDGE or told != number:
+                if operation != _O.ACKNOWLEDGE or acknowledged != number:
                     raise WrongAnswer(
-                        f"{name}: expected {number} acknowledged, got {operation}:{told}"
+                        f"{name}: expected {number} acknowledged, got {operation}:{acknowledged}"
                     )
                 _note(progress, at)
                 if last:
@@ -140,7 +146,9 @@ class FoeClient:
         yield Pause(_BUSY_NS)
         return busy + 1
 
-    def _ask(self, name: str, request: bytes, response_ns: int) -> Steps[tuple[int, int, bytes]]:
+    def _exchange(
+        self, name: str, request: bytes, response_ns: int
+    ) -> Steps[tuple[int, int, bytes]]:
         """Send a packet; operation, number and data of the answer."""
         mailbox = self._mailbox
         yield from mailbox.send(MailboxProtocol.FOE, request)
@@ -150,8 +158,8 @@ class FoeClient:
         operation, number = _HEAD.unpack_from(answer)
         data = answer[_HEAD.size :]
         if operation == _O.ERROR:
-            told = data.partition(b"\0")[0].decode("latin-1")
-            raise FoeRefusal(mailbox.station, name, number, told)
+            reason = data.partition(b"\0")[0].decode("latin-1")
+            raise FoeRefusal(mailbox.station, name, number, reason)
         return operation, number, data
 
 

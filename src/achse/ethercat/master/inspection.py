@@ -61,11 +61,11 @@ def reset_bus() -> Steps[None]:
     start = yield from now()
     while True:
         # the states come by OR; Init is the lowest bit alone
-        asked = yield from now()
+        time_ns = yield from now()
         state, answered = yield from broadcast_read(Register.AL_STATUS, 2)
         if state[0] & _STATE == AlState.INIT and answered == count:
             break
-        if asked - start > _INIT_NS:
+        if time_ns - start > _INIT_NS:
             raise StateTimeout(f"not all slaves reach Init: by OR they show 0x{state[0]:02X}")
         init = _INIT_ACKNOWLEDGED.to_bytes(2, "little")
         yield from broadcast_write(Register.AL_CONTROL, init)
@@ -116,8 +116,8 @@ def same_device(
     wanted = (slave.vendor_id, slave.product_code, slave.revision_number, slave.serial_number)
     compared = (True, True, revision, True)
     return all(
-        not check or not number or number == found
-        for check, number, found in zip(compared, wanted, identity, strict=True)
+        not check or not number or number == actual
+        for check, number, actual in zip(compared, wanted, identity, strict=True)
     )
 
 
@@ -131,7 +131,7 @@ def match(
 
     Where no configured slave fits, the next one that is not optional is expected at that place.
     """
-    found: list[int | None] = []
+    indices: list[int | None] = []
     at = 0
     for identity in identities:
         ahead = at
@@ -142,12 +142,12 @@ def match(
         ):
             ahead += 1
         if ahead < len(slaves) and same_device(slaves[ahead], identity, revision):
-            found.append(ahead)
+            indices.append(ahead)
             at = ahead + 1
         else:
-            found.append(None)
+            indices.append(None)
             at = min(ahead + 1, len(slaves))
-    return found
+    return indices
 
 
 def scattered_reads(

@@ -61,7 +61,7 @@ class MailboxClient:
         self.request_ns = request_ns
         self.response_ns = response_ns
         self.repeats = 0
-        """Messages that were lost on the way and asked for again."""
+        """Messages that were lost on the way and requested again."""
         self._emergency = emergency
         self._counter = 0
         self._last_received = 0
@@ -69,7 +69,7 @@ class MailboxClient:
         self._listeners: dict[int, Callable[[bytes], None]] = {}
 
     def listen(self, protocol: MailboxProtocol, listener: Callable[[bytes], None]) -> None:
-        """Hand messages of a protocol that nobody asked for to `listener`, the data of each."""
+        """Pass the data of each unsolicited message of a protocol to `listener`."""
         self._listeners[protocol] = listener
 
     def reset(self) -> None:
@@ -120,7 +120,7 @@ class MailboxClient:
         return not self._turn
 
     def collect(self) -> Steps[None]:
-        """Read what waits, for emergencies and listeners; answers that nobody waits for any more
+        """Read what waits, for emergencies and listeners; answers to requests that have ended
         are dropped."""
         yield from self.acquire()
         try:
@@ -134,9 +134,9 @@ class MailboxClient:
                 return
             message = yield from self._fetch()
             if message is not None:
-                self._tell(message)
+                self._dispatch(message)
 
-    def _tell(self, message: Message) -> None:
+    def _dispatch(self, message: Message) -> None:
         listener = self._listeners.get(message.protocol)
         if listener is not None:
             listener(message.data)
@@ -152,11 +152,11 @@ class MailboxClient:
         request = self._requests(message)
         while True:
             # the slave drops a message that comes a second time: same counter
-            asked = yield from now()
+            time_ns = yield from now()
             back = yield Trip(request)
             if all(each.counter for each in back.datagrams):
                 return
-            if asked - start >= self.request_ns:
+            if time_ns - start >= self.request_ns:
                 raise MailboxTimeout(
                     f"station {self.station}: mailbox stays full for"
                     f" {self.request_ns // 1_000_000} ms"
@@ -185,7 +185,7 @@ class MailboxClient:
         allowed = response_ns or self.response_ns
         start = yield from now()
         while True:
-            asked = yield from now()
+            time_ns = yield from now()
             if (yield from self._full()):
                 message = yield from self._fetch()
                 if message is not None:
@@ -194,10 +194,10 @@ class MailboxClient:
                         raise MailboxRefusal(self.station, detail)
                     if message.protocol == protocol and wanted(message.data):
                         return message.data
-                    self._tell(message)
-                if asked - start < allowed:
+                    self._dispatch(message)
+                if time_ns - start < allowed:
                     continue
-            if asked - start >= allowed:
+            if time_ns - start >= allowed:
                 raise MailboxTimeout(
                     f"station {self.station}: no answer within {allowed // 1_000_000} ms"
                 )
@@ -212,8 +212,8 @@ class MailboxClient:
         try:
             data = yield from self._take()
         except (FrameLost, NoAnswer):
-            # the slave may have given it out already: ask for it once more
-            yield from self._ask_for_repeat()
+            # the slave may have sent it already: request it once more
+            yield from self._request_repeat()
             data = yield from read(self.station, self.incoming.start, self.incoming.length)
         message = Message.decode(data)
         if isinstance(message, MailboxError):
@@ -248,7 +248,7 @@ class MailboxClient:
                 raise NoAnswer(station, each.ado, each.counter)
         return back.datagrams[0].data
 
-    def _ask_for_repeat(self) -> Steps[None]:
+    def _request_repeat(self) -> Steps[None]:
         """Toggle the repeat bit, wait until the slave has done the same, then for the message."""
         self.repeats += 1
         self._last_received = 0  # it comes with the same counter
@@ -257,10 +257,10 @@ class MailboxClient:
         yield from write(self.station, _SM1 + _ACTIVATE, bytes((activate,)))
         start = yield from now()
         while True:
-            asked = yield from now()
+            time_ns = yield from now()
             _, control = yield from read(self.station, _SM1 + _ACTIVATE, 2)
             if not (control ^ activate) & _REPEAT and (yield from self._full()):
                 return
-            if asked - start >= self.request_ns:
+            if time_ns - start >= self.request_ns:
                 raise MailboxTimeout(f"station {self.station}: a lost message is not repeated")
             yield Pause(_POLL_NS)

@@ -71,10 +71,10 @@ class Master:
         """The network that slaves with EoE and this process share."""
         self.requested_state = AlState.INIT
         self.redundancy = Redundancy() if bus.redundant else None
-        """Of a ring: who hands frames over makes copies of them and takes copies by it."""
+        """Of a ring: it copies frames on their way out and accepts copies on their way back."""
         bring_up = BringUp(bus, self.image, self._reached, self._clock_warning)
         self.supervision = Supervision(
-            bus, self.slaves, self.cyclic, self.traffic, bring_up, self._tell, self.redundancy
+            bus, self.slaves, self.cyclic, self.traffic, bring_up, self._report, self.redundancy
         )
         self.traffic.start(self.supervision.run())
 
@@ -101,7 +101,7 @@ class Master:
 
     @property
     def quiet_until_ns(self) -> int:
-        """Time until which only process data travel, if nothing unusual happens, ns; 0: not now."""
+        """Time until which only process data travel if nothing intervenes, ns; 0: not now."""
         if not (self.supervision.cyclic_on and self.traffic.idle and self.traffic.waiting == 1):
             return 0
         return self.supervision.quiet_until_ns if self.operational else 0
@@ -212,14 +212,14 @@ class Master:
             finished,
         )
 
-    def _with_sdo(self, slave: BusSlave, ask: Callable[[SdoClient], Steps[T]]) -> Steps[T]:
+    def _with_sdo(self, slave: BusSlave, request: Callable[[SdoClient], Steps[T]]) -> Steps[T]:
         if slave.sdo is None:
             raise NoMailbox(f"{slave.name} (station {slave.station}) has no CoE")
         if not slave.speaks:
             raise SlaveNotReady(
                 f"{slave.name} (station {slave.station}) is in state {slave.state}: CoE needs PreOp"
             )
-        return (yield from ask(slave.sdo))
+        return (yield from request(slave.sdo))
 
     # events
 
@@ -229,7 +229,7 @@ class Master:
         self._events.clear()
         return events
 
-    def _tell(
+    def _report(
         self, kind: BusEventKind, slave: BusSlave | None, number: int, text: str, data: bytes = b""
     ) -> None:
         station = slave.station if slave else 0
@@ -241,13 +241,13 @@ class Master:
     def _emergency(self, slave: BusSlave, data: bytes) -> None:
         message = EmergencyMessage.decode(data)
         text = f"{slave.name}: emergency 0x{message.code:04X}"
-        self._tell(BusEventKind.EMERGENCY, slave, message.code, text, data)
+        self._report(BusEventKind.EMERGENCY, slave, message.code, text, data)
 
     def _reached(self, slave: BusSlave, state: AlState) -> None:
-        self._tell(BusEventKind.STATE, slave, state, f"{slave.name}: {state.name}")
+        self._report(BusEventKind.STATE, slave, state, f"{slave.name}: {state.name}")
 
     def _clock_warning(self, slave: BusSlave) -> None:
-        self._tell(
+        self._report(
             BusEventKind.CLOCK,
             slave,
             slave.clock_difference_ns,

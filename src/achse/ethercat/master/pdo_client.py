@@ -1,4 +1,4 @@
-"""PDOs of a slave by mailbox: asked for and written whole, without process data.
+"""PDOs of a slave by mailbox: read and written whole, without process data.
 
 Source: ETG.1000.6 §5.6.4.
 """
@@ -27,11 +27,11 @@ class PdoClient:
 
     def read(self, number: int, *, output: bool = False, response_ns: int = 0) -> Steps[bytes]:
         """The whole TxPDO, or with `output` RxPDO, as it is now."""
-        asked = CoeService.RX_PDO_REQUEST if output else CoeService.TX_PDO_REQUEST
+        service = CoeService.RX_PDO_REQUEST if output else CoeService.TX_PDO_REQUEST
         answered = CoeService.RX_PDO if output else CoeService.TX_PDO
         head = _head(answered, number)
         answer = yield from self._mailbox.converse(
-            _COE, _head(asked, number), lambda data: data[:_HEADER] == head, response_ns
+            _COE, _head(service, number), lambda data: data[:_HEADER] == head, response_ns
         )
         return answer[_HEADER:]
 

@@ -103,7 +103,7 @@ class ProcessDatagram:
     """One logical datagram with the slaves that have their data in it.
 
     `working` is the working counter that it should come back with. `output_end` is where its
-    outputs end and its inputs begin. `valid` tells whether the last cycle had that counter, `fresh`
+    outputs end and its inputs begin. `valid` is true if the last cycle had that counter, `fresh`
     counts the cycles that had, `wrong` those that had not.
     """
 
@@ -155,10 +155,10 @@ class ProcessImage:
         inputs = [each for each in chunk if each.inputs]
         out_areas, out_size = _placed((e.position, e.outputs, e.output_bits) for e in outputs)
         if whole and outputs and inputs:
-            made = [ProcessDatagram(unit, base, DatagramCommand.LRW)]
-            made[0].working = 2 * len(outputs) + len(inputs)
+            datagrams = [ProcessDatagram(unit, base, DatagramCommand.LRW)]
+            datagrams[0].working = 2 * len(outputs) + len(inputs)
         else:
-            made = [
+            datagrams = [
                 ProcessDatagram(unit, at, command, working=len(members))
                 for command, members, at in (
                     (DatagramCommand.LWR, outputs, base),
@@ -166,7 +166,7 @@ class ProcessImage:
                 )
                 if members
             ]
-        for datagram in made:
+        for datagram in datagrams:
             at = 0
             if datagram.command is not DatagramCommand.LRD:
                 for position, area in out_areas.items():
@@ -189,7 +189,7 @@ class ProcessImage:
         ValueError if the process data need more.
         """
         slave = self.bus.slaves[position]
-        made = []
+        fmmus = []
         for output, areas, owners, direction in (
             (True, self.outputs, self.writes, _WRITE),
             (False, self.inputs, self.reads, _READ),
@@ -202,24 +202,24 @@ class ProcessImage:
             if area.bits:
                 (manager,) = _managers(slave, output)
                 last = area.bit + area.bits - 1
-                made.append(Fmmu(at, 1, area.bit, last, manager.start, 0, direction, 1))
+                fmmus.append(Fmmu(at, 1, area.bit, last, manager.start, 0, direction, 1))
                 continue
             for manager in _managers(slave, output):
                 size = slave.bits(manager) + 7 >> 3
-                made.append(Fmmu(at, size, 0, 7, manager.start, 0, direction, 1))
+                fmmus.append(Fmmu(at, size, 0, 7, manager.start, 0, direction, 1))
                 at += size
-        if len(made) > available:
+        if len(fmmus) > available:
             raise ValueError(
-                f"{slave.name}: process data need {len(made)} FMMUs, the slave has {available}"
+                f"{slave.name}: process data need {len(fmmus)} FMMUs, the slave has {available}"
             )
-        if slave.mailbox_in is not None and len(made) < available:
+        if slave.mailbox_in is not None and len(fmmus) < available:
             bit = self.mailboxes.index(position)
-            made.append(
+            fmmus.append(
                 Fmmu(
                     MAILBOX_BITS + (bit >> 3), 1, bit & 7, bit & 7, _SM1_STATUS, _FULL_BIT, _READ, 1
                 )
             )
-        return made
+        return fmmus
 
     def lengths(self, position: int) -> Mapping[int, int]:
         """Bytes of each SyncManager with process data, 0 where nothing is mapped."""

@@ -8,9 +8,9 @@ Commands by position count on in the second part. The clocks there need a refere
 
 Of a frame with one copy missing, process data are taken as far as that copy got. A request is lost,
 and sent again, unless the other adapter is known to be cut off: an answer of half the slaves would
-tell that the others are gone.
+show that the others are gone.
 
-Source: ETG.1500 (cable redundancy); copies by source address as open masters tell them apart.
+Source: ETG.1500 (cable redundancy); copies by source address as open masters distinguish them.
 """
 
 import struct
@@ -168,8 +168,8 @@ class Redundancy:
     def _alone(self, half: "_Half") -> bytes | None:
         """The frame, of one copy: the other one is taken to have passed no slave.
 
-        None where that tells nothing: it passed no slave either, or it is a request, and the other
-        copy may have been lost by chance.
+        None where that is inconclusive: it passed no slave either, or it is a request, and the
+        other copy may have been lost by chance.
         """
         index, number = half.copy[_INDEX_AT], half.number
         sure = self._known_away(1 - number)

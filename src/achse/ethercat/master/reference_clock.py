@@ -44,7 +44,7 @@ class ReferenceClock:
         slaves: Sequence[BusSlave],
         cyclic: CyclicExchange,
         cycle_ns: int,
-        tell: Callable[[BusEventKind, BusSlave | None, int, str], None],
+        report: Callable[[BusEventKind, BusSlave | None, int, str], None],
         redundancy: Redundancy | None,
     ) -> None:
         self.station: int | None = None
@@ -52,7 +52,7 @@ class ReferenceClock:
         self._slaves = slaves
         self._cyclic = cyclic
         self._limit_ns = cycle_ns // _JUMP
-        self._tell = tell
+        self._report = report
         self._redundancy = redundancy
         self._silent: set[int] = set()
         """Stations that answered, but not with their time."""
@@ -70,14 +70,14 @@ class ReferenceClock:
         """Set the clocks of slaves that came (stations), of `present` that frames pass."""
         self._silent -= newcomers
         clocks = [slave for slave in present if slave.facts.has_clock]
-        kept = next((slave for slave in clocks if slave.station not in newcomers), None)
+        known = next((slave for slave in clocks if slave.station not in newcomers), None)
         is_before = bool(clocks) and clocks[0].station in newcomers
         if is_before:  # it would follow frames that do not have the time yet
             self._cyclic.set_reference(None)
         try:
             reference = yield from measure_clocks(present, newcomers, self.station)
-            if kept is not None and is_before:
-                yield from self._align(clocks[0], kept)
+            if known is not None and is_before:
+                yield from self._align(clocks[0], known)
         except BusError:
             self._cyclic.set_reference(self.station)
             raise
@@ -102,11 +102,11 @@ class ReferenceClock:
         yield from self._restart_loops()
         if self.station is None:
             text = f"{lost.name} does not answer with its time: no other slave has a clock"
-            self._tell(BusEventKind.REFERENCE, None, 0, text)
+            self._report(BusEventKind.REFERENCE, None, 0, text)
         else:
             slave = self._slave(self.station)
             text = f"{lost.name} does not answer with its time: {slave.name} is the reference now"
-            self._tell(BusEventKind.REFERENCE, slave, self.station, text)
+            self._report(BusEventKind.REFERENCE, slave, self.station, text)
 
     def _restart_loops(self) -> Steps[None]:
         """Let all loops forget what they learned of a wrong time."""
@@ -124,9 +124,9 @@ class ReferenceClock:
         split = None if redundancy is None else redundancy.split
         first = len(present) if split is None else split
         parts = present[:first], present[first:]
-        references = [next(filter(self._may_lead, part), None) for part in parts]
-        lead = references[0] or references[1]
-        self.appoint(None if lead is None else lead.station)
+        references = [next(filter(self._can_be_reference, part), None) for part in parts]
+        bus_reference = references[0] or references[1]
+        self.appoint(None if bus_reference is None else bus_reference.station)
         if redundancy is not None:
             second = references[1]
             redundancy.reference = None if second is None else second.station
@@ -136,7 +136,7 @@ class ReferenceClock:
                     delay = max(slave.facts.delay_ns - reference.facts.delay_ns, 0)
                     yield from write_delay(slave.station, delay)
 
-    def _may_lead(self, slave: BusSlave) -> bool:
+    def _can_be_reference(self, slave: BusSlave) -> bool:
         return slave.facts.has_clock and slave.station not in self._silent
 
     def watch(self) -> Steps[bytes]:
@@ -181,7 +181,7 @@ class ReferenceClock:
         text = (
             f"{reference.name}: its time, that of the reference, jumped by {jump_ns} ns: set back"
         )
-        self._tell(BusEventKind.REFERENCE, reference, jump_ns, text)
+        self._report(BusEventKind.REFERENCE, reference, jump_ns, text)
 
     def _align(self, slave: BusSlave, reference: BusSlave) -> Steps[None]:
         """Bring a clock to the time of another at once, however far it is away."""

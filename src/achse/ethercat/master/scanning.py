@@ -64,14 +64,14 @@ def scan_bus(
     if count == 0:
         raise FrameLost("no slave answers")
     yield from reset_bus()
-    found = []
+    slaves = []
     for position in range(count):
         progress(position, count)
         station = FIRST_STATION + position
         yield from set_station(position, station)
-        found.append((yield from _scan_slave(position, station, with_objects)))
+        slaves.append((yield from _scan_slave(position, station, with_objects)))
     progress(count, count)
-    return found
+    return slaves
 
 
 def _scan_slave(position: int, station: int, with_objects: bool) -> Steps[FoundSlave]:
@@ -154,9 +154,9 @@ def _numbers(sdo: SdoClient, index: int, size: int, most: int) -> Steps[list[int
 def _pdo(
     index: int, manager: int, entries: Sequence[int], known: dict[tuple[int, int], PdoEntry]
 ) -> Pdo:
-    made = []
+    pdo_entries = []
     for each in entries:
         place = each >> 16, each >> 8 & 0xFF
         name, kind = (known[place].name, known[place].data_type) if place in known else ("", 0)
-        made.append(PdoEntry(*place, each & 0xFF, name, kind))
-    return Pdo(index, "", manager, False, tuple(made))
+        pdo_entries.append(PdoEntry(*place, each & 0xFF, name, kind))
+    return Pdo(index, "", manager, False, tuple(pdo_entries))

@@ -74,7 +74,7 @@ class SdoClient:
         try:
             command = _UPLOAD | _COMPLETE * complete
             request = _HEAD.pack(command, index, subindex) + bytes(4)
-            reply = yield from self._ask(request, index, subindex, response_ns)
+            reply = yield from self._exchange(request, index, subindex, response_ns)
             if reply[0] & _SPECIFIER != _UPLOADED:
                 raise WrongAnswer(f"{index:04X}: command 0x{reply[0]:02X} answers an upload")
             if reply[0] & _EXPEDITED:
@@ -96,7 +96,7 @@ class SdoClient:
         last = len(value) >= size
         while not last:
             request = bytes((_UPLOAD_SEGMENT | toggle,)) + bytes(7)
-            reply = yield from self._ask(request, index, subindex, response_ns)
+            reply = yield from self._exchange(request, index, subindex, response_ns)
             if reply[0] & _SPECIFIER:
                 raise WrongAnswer(f"{index:04X}: command 0x{reply[0]:02X} answers a segment")
             if reply[0] & _TOGGLE != toggle:
@@ -136,7 +136,7 @@ class SdoClient:
             else:
                 head = _WITH_NUMBER.pack(command | _SIZE_GIVEN, index, subindex, size)
                 first = head + data[:room]
-            reply = yield from self._ask(first, index, subindex, response_ns)
+            reply = yield from self._exchange(first, index, subindex, response_ns)
             self._check(reply, _DOWNLOADED, index)
             if size > max(room, 4):
                 yield from self._download_segments(data[room:], index, subindex, response_ns)
@@ -154,7 +154,7 @@ class SdoClient:
             if len(part) < 7:
                 command |= 7 - len(part) << 1
             request = bytes((command,)) + part.ljust(7, b"\0")
-            reply = yield from self._ask(request, index, subindex, response_ns)
+            reply = yield from self._exchange(request, index, subindex, response_ns)
             self._check(reply, _DOWNLOADED_SEGMENT, index)
             if reply[0] & _TOGGLE != toggle:
                 yield from self._abort(index, subindex, _TOGGLE_FAULT)
@@ -165,7 +165,9 @@ class SdoClient:
         if reply[0] & _SPECIFIER != specifier:
             raise WrongAnswer(f"{index:04X}: command 0x{reply[0]:02X} answers a download")
 
-    def _ask(self, request: bytes, index: int, subindex: int, response_ns: int) -> Steps[bytes]:
+    def _exchange(
+        self, request: bytes, index: int, subindex: int, response_ns: int
+    ) -> Steps[bytes]:
         """Send an SDO request; the answer's bytes behind the CoE header, at least 8."""
         segment = request[0] & _SPECIFIER not in (_DOWNLOAD, _UPLOAD)
 
@@ -209,8 +211,8 @@ class SdoClient:
         data = yield from self._inform(_OBJECT, index.to_bytes(2, "little"))
         if len(data) < 6:
             raise WrongAnswer(f"{index:04X}: a description has 6 bytes at least, got {len(data)}")
-        found, kind, last, code = struct.unpack_from("<HHBB", data)
-        return ObjectInformation(found, kind, last, code & 0x0F, data[6:].decode("latin-1"))
+        object_index, kind, last, code = struct.unpack_from("<HHBB", data)
+        return ObjectInformation(object_index, kind, last, code & 0x0F, data[6:].decode("latin-1"))
 
     def entry_information(
         self, index: int, subindex: int, info: int = 7
@@ -221,21 +223,21 @@ class SdoClient:
         data = yield from self._inform(_ENTRY, request)
         if len(data) < 10:
             raise WrongAnswer(f"{index:04X}: a description has 10 bytes at least, got {len(data)}")
-        found, sub, given, kind, bits, access = struct.unpack_from("<HBBHHH", data)
-        return EntryInformation(found, sub, given, kind, bits, access, data[10:])
+        object_index, sub, present_info, kind, bits, access = struct.unpack_from("<HBBHHH", data)
+        return EntryInformation(object_index, sub, present_info, kind, bits, access, data[10:])
 
     def inform(self, operation: int, request: bytes) -> Steps[bytes]:
         """The bytes behind the information header: 1 list, 3 object, 5 entry, fragments joined."""
         return (yield from self._inform((operation, operation + 1), request))
 
     def _inform(self, operation: tuple[int, int], request: bytes) -> Steps[bytes]:
-        asked, answered = operation
+        request_code, answered = operation
         mailbox = self._mailbox
         yield from mailbox.acquire()
         try:
             head = _COE.pack(CoeService.SDO_INFORMATION << 12)
             yield from mailbox.send(
-                MailboxProtocol.COE, head + struct.pack("<BxH", asked, 0) + request
+                MailboxProtocol.COE, head + struct.pack("<BxH", request_code, 0) + request
             )
             value = bytearray()
             for _ in range(_MAX_FRAGMENTS):

@@ -182,19 +182,19 @@ def _take(kind: int, data: bytes, content: SiiContent) -> None:
 
 
 def _strings(data: bytes, content: SiiContent) -> list[str]:
-    found: list[str] = []
+    strings: list[str] = []
     at = 1
     for _ in range(data[0] if data else 0):
         if at >= len(data) or at + 1 + data[at] > len(data):
-            content.damage = f"string {len(found) + 1} of {data[0]} is cut off"
+            content.damage = f"string {len(strings) + 1} of {data[0]} is cut off"
             break
-        found.append(data[at + 1 : at + 1 + data[at]].decode("latin-1").rstrip("\0"))
+        strings.append(data[at + 1 : at + 1 + data[at]].decode("latin-1").rstrip("\0"))
         at += 1 + data[at]
-    return found
+    return strings
 
 
 def _pdos(data: bytes, content: SiiContent) -> list[Pdo]:
-    found = []
+    pdos = []
     at = 0
     while at + _PDO.size <= len(data):
         index, count, manager, _, name, flags = _PDO.unpack_from(data, at)
@@ -210,5 +210,5 @@ def _pdos(data: bytes, content: SiiContent) -> list[Pdo]:
             entries.append(PdoEntry(entry, subindex, bits, content.text(text), kind))
             at += _ENTRY.size
         assigned = None if manager == _NOT_ASSIGNED else manager
-        found.append(Pdo(index, content.text(name), assigned, bool(flags & _FIXED), tuple(entries)))
-    return found
+        pdos.append(Pdo(index, content.text(name), assigned, bool(flags & _FIXED), tuple(entries)))
+    return pdos

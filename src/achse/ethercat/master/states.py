@@ -1,4 +1,4 @@
-"""State changes of a slave: asked for, waited for, errors acknowledged.
+"""State changes of a slave: request, wait, acknowledge errors.
 
 Source: ETG.1000.4 §6.1.5; 001 §2.4.
 """
@@ -58,13 +58,13 @@ def change_state(station: int, target: AlState, allowed_ns: int) -> Steps[None]:
     yield from write_number(station, Register.AL_CONTROL, target)
     start = yield from now()
     while True:
-        asked = yield from now()
+        time_ns = yield from now()
         report = yield from read_state(station)
         if report.error:
             raise StateRefusal(station, target, report.state, report.code)
         if report.state == target:
             return
-        if asked - start >= allowed_ns:
+        if time_ns - start >= allowed_ns:
             raise StateTimeout(
                 f"station {station}: {target.name} not reached within"
                 f" {allowed_ns // 1_000_000} ms, state {report.state}"

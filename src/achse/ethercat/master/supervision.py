@@ -38,11 +38,11 @@ from achse.ethercat.master.steps import Pause, Steps, broadcast_read, now, write
 from achse.ethercat.master.traffic import AcyclicTraffic, BusJob
 from achse.ethercat.registers import Register
 
-Tell = Callable[[BusEventKind, BusSlave | None, int, str], None]
+ReportEvent = Callable[[BusEventKind, BusSlave | None, int, str], None]
 """Reports an event: kind, slave, number, text."""
 
 _LOOK_NS = 100_000_000
-"""Period of reading states while the cyclic frames show nothing unusual."""
+"""Period of reading states while the cyclic frames show no fault."""
 _COUNTERS_NS = 1_000_000_000
 _CLOCKS_NS, _CLOCKS_SOON_NS = 100_000_000, 10_000_000
 """Period of reading clocks, and the shorter one while a clock is far from the reference."""
@@ -71,7 +71,7 @@ class Supervision:
         cyclic: CyclicExchange,
         traffic: AcyclicTraffic,
         bring_up: BringUp,
-        tell: Tell,
+        report: ReportEvent,
         redundancy: Redundancy | None = None,
     ) -> None:
         self.bus = bus
@@ -90,15 +90,15 @@ class Supervision:
         self._cyclic = cyclic
         self._traffic = traffic
         self._bring_up = bring_up
-        self._tell = tell
+        self._report = report
         self._redundancy = redundancy
-        self._clock = ReferenceClock(slaves, cyclic, bus.cycle_ns, tell, redundancy)
+        self._clock = ReferenceClock(slaves, cyclic, bus.cycle_ns, report, redundancy)
         self._ring: tuple[int | None, bool, bool] = None, False, False
         """Position at which the ring is open; per adapter, True if its copies are missing."""
         self._opening = ""
         self.deviation = ClockDeviation()
         self._clocks = ClockWatch(bus.clock_window_ns)
-        self._leads: dict[int, BusJob[None]] = {}
+        self._bring_ups: dict[int, BusJob[None]] = {}
         self._given_up: set[int] = set()
         self._falls: dict[int, tuple[int, int]] = {}
         """Of slaves that lost synchronisation: how often in a row, until when it is in a row."""
@@ -124,7 +124,7 @@ class Supervision:
         seen = (cyclic.present, cyclic.al_states, cyclic.counters.wrong)
         if (
             (
-                *(self._urgent, self._leads, self._collecting, seen != self._checked_state),
+                *(self._urgent, self._bring_ups, self._collecting, seen != self._checked_state),
                 *(cyclic.counters.lost > self._lost_before, any(cyclic.mailbox_bits)),
                 cyclic.reference_lost,
             )
@@ -137,7 +137,7 @@ class Supervision:
         return due if self.reference is None else min(due, self._clocks_due)
 
     def retry(self, slave: BusSlave) -> None:
-        """The slave is asked for a state: what it could not do before is tried again."""
+        """A state of the slave is requested: what failed before is tried again."""
         self._falls.pop(slave.position, None)
         self._given_up.discard(slave.position)
         self._urgent = True
@@ -145,11 +145,11 @@ class Supervision:
     def restart(self, slave: BusSlave) -> None:
         """Lead a slave by way of Init; one that does not answer comes up when it is back."""
         self.retry(slave)
-        job = self._leads.pop(slave.position, None)
+        job = self._bring_ups.pop(slave.position, None)
         if job is not None:
             job.cancel()
         if slave.present:
-            self._lead(slave, fresh=True)
+            self._start_bring_up(slave, fresh=True)
 
     def look_soon(self) -> None:
         """Look at the states and for newcomers with the next cycle."""
@@ -170,7 +170,7 @@ class Supervision:
             except FrameLost as trouble:
                 self._link_lost(str(trouble))
             except BusError as trouble:
-                self._tell(BusEventKind.STATE_FAILED, None, 0, str(trouble))
+                self._report(BusEventKind.STATE_FAILED, None, 0, str(trouble))
             yield Pause(_RETRY_NS)
             if started:
                 yield from self._wait_for_link()
@@ -178,7 +178,7 @@ class Supervision:
     def _link_lost(self, text: str) -> None:
         if self.link:
             self.link = False
-            self._tell(BusEventKind.LINK_LOST, None, 0, text)
+            self._report(BusEventKind.LINK_LOST, None, 0, text)
         for slave in self.slaves:
             self._lose(slave)
 
@@ -192,7 +192,7 @@ class Supervision:
             if not self.link:
                 yield Pause(_RETRY_NS)
             else:
-                self._tell(
+                self._report(
                     BusEventKind.LINK_BACK,
                     None,
                     self.slave_count,
@@ -212,8 +212,8 @@ class Supervision:
             yield from set_station(position, spare + position)
         facts: list[SlaveFacts] = []
         for position in range(count):
-            found = yield from inspect(spare + position)
-            facts.append(found)
+            slave_facts = yield from inspect(spare + position)
+            facts.append(slave_facts)
         identities = [each.identity for each in facts]
         configured = [each.configuration for each in self.slaves]
         places = match(configured, identities, self.bus.strict_revision)
@@ -225,10 +225,10 @@ class Supervision:
             else:
                 slave = self.slaves[place]
                 yield from set_station(position, slave.station)
-                self._found(slave, facts[position])
+                self._set_present(slave, facts[position])
         self.slave_count = count
         self.link = True
-        self._tell(BusEventKind.LINK_BACK, None, count, f"{count} slaves found")
+        self._report(BusEventKind.LINK_BACK, None, count, f"{count} slaves found")
         present = [each for each in self.slaves if each.present]
         reference = yield from self._measure(present)
         if reference is not None and any(each.configuration.clock for each in present):
@@ -253,7 +253,7 @@ class Supervision:
             ring.turned = False
         return reference
 
-    def _found(self, slave: BusSlave, facts: SlaveFacts) -> None:
+    def _set_present(self, slave: BusSlave, facts: SlaveFacts) -> None:
         facts.delay_ns = slave.facts.delay_ns
         slave.facts = facts
         slave.present = True
@@ -266,7 +266,7 @@ class Supervision:
         wanted = self.slaves[position] if position < len(self.slaves) else None
         if wanted is not None:
             wanted.mismatch = True
-        self._tell(
+        self._report(
             BusEventKind.WRONG_SLAVE,
             wanted,
             position,
@@ -313,7 +313,7 @@ class Supervision:
         for slave, data in zip(self.slaves, reports, strict=True):
             if data is None:
                 self._lose(slave)
-            elif slave.present and slave.position not in self._leads:
+            elif slave.present and slave.position not in self._bring_ups:
                 self._judge(slave, data)
         yield from self._clock.update()
         _, self.slave_count = yield from broadcast_read(Register.AL_STATUS, 2)
@@ -332,14 +332,14 @@ class Supervision:
         yield from self._read_clocks()
         for slave in self.slaves:
             if slave.configuration.clock is None or slave.state < AlState.SAFEOP:
-                if slave.position not in self._leads:
+                if slave.position not in self._bring_ups:
                     self._clocks.forget(slave.position)
                 continue
             apart = self._clocks.take(slave.position, slave.clock_difference_ns)
             if apart is not None:
                 kind = BusEventKind.CLOCK if apart else BusEventKind.CLOCK_BACK
                 text = f"{slave.name}: clock is {slave.clock_difference_ns} ns from the reference"
-                self._tell(kind, slave, slave.clock_difference_ns, text)
+                self._report(kind, slave, slave.clock_difference_ns, text)
 
     def _read_clocks(self) -> Steps[None]:
         """Read the deviation of each clock from the reference."""
@@ -362,7 +362,7 @@ class Supervision:
         if left or (report.error and not failed):
             slave.abnormal_changes += left
             code = AlStatus.of(report.code)
-            self._tell(
+            self._report(
                 BusEventKind.STATE_LEFT if left else BusEventKind.AL_ERROR,
                 slave,
                 report.code,
@@ -374,7 +374,7 @@ class Supervision:
         if (
             report.error or report.state != slave.requested_state
         ) and slave.position not in self._given_up:
-            self._lead(slave)
+            self._start_bring_up(slave)
 
     def _count_fall(self, slave: BusSlave) -> None:
         """A slave loses its synchronisation again and again: leave it where it is."""
@@ -388,19 +388,19 @@ class Supervision:
         self._given_up.add(slave.position)
         slave.last_trouble = trouble
         text = f"{slave.name}: {slave.requested_state.name} not reached: {trouble}"
-        self._tell(BusEventKind.STATE_FAILED, slave, slave.al_code, text)
+        self._report(BusEventKind.STATE_FAILED, slave, slave.al_code, text)
 
-    def _lead(self, slave: BusSlave, fresh: bool = False) -> None:
-        if slave.position in self._leads:
+    def _start_bring_up(self, slave: BusSlave, fresh: bool = False) -> None:
+        if slave.position in self._bring_ups:
             return
 
         def finished(job: BusJob[None]) -> None:
-            self._leads.pop(slave.position, None)
+            self._bring_ups.pop(slave.position, None)
             if job.error is not None:
                 self._fail(slave, str(job.error))
 
-        self._leads[slave.position] = self._traffic.start(
-            self._bring_up.lead(slave, fresh), finished
+        self._bring_ups[slave.position] = self._traffic.start(
+            self._bring_up.run(slave, fresh), finished
         )
 
     def _lose(self, slave: BusSlave) -> None:
@@ -411,10 +411,10 @@ class Supervision:
         slave.error = False
         slave.losses += 1
         self.changes += 1
-        job = self._leads.pop(slave.position, None)
+        job = self._bring_ups.pop(slave.position, None)
         if job is not None:
             job.cancel()
-        self._tell(BusEventKind.SLAVE_LOST, slave, 0, f"{slave.name} does not answer")
+        self._report(BusEventKind.SLAVE_LOST, slave, 0, f"{slave.name} does not answer")
 
     # the ring of a redundant bus
 
@@ -443,16 +443,16 @@ class Supervision:
         return "between {} and {}".format(*line[place : place + 2])
 
     def _watch_ring(self, redundancy: Redundancy) -> Steps[None]:
-        """Tell where the ring is open, and give the clocks behind the cut one of their own."""
+        """Report where the ring is open, and give the clocks behind the cut one of their own."""
         ring = redundancy.split, *redundancy.cut_off
         if ring == self._ring:
             return
         self._ring = ring
         opening = self.opening
         if not opening:
-            self._tell(BusEventKind.RING_CLOSED, None, 0, "frames go round the ring again")
+            self._report(BusEventKind.RING_CLOSED, None, 0, "frames go round the ring again")
         elif opening != self._opening:
-            self._tell(BusEventKind.RING_OPEN, None, ring[0] or 0, opening)
+            self._report(BusEventKind.RING_OPEN, None, ring[0] or 0, opening)
         self._opening = opening
         yield from self._clock.divide()
 
@@ -488,9 +488,9 @@ class Supervision:
         yield from self._clock.admit(present, newcomers)
         for each in present:
             if each.station in newcomers:
-                self._tell(BusEventKind.SLAVE_BACK, each, each.position, f"{each.name} is back")
+                self._report(BusEventKind.SLAVE_BACK, each, each.position, f"{each.name} is back")
                 self._given_up.discard(each.position)
-                self._lead(each, fresh=True)
+                self._start_bring_up(each, fresh=True)
 
     def _identify(self, position: int, missing: Sequence[BusSlave]) -> Steps[BusSlave | None]:
         """Return the missing slave that is at a position, and set its address."""
@@ -500,7 +500,7 @@ class Supervision:
         for slave in missing:
             if same_device(slave.configuration, facts.identity, self.bus.strict_revision):
                 yield from set_station(position, slave.station)
-                self._found(slave, facts)
+                self._set_present(slave, facts)
                 return slave
         self.strangers.append(facts.identity)
         return None

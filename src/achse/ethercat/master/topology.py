@@ -37,7 +37,7 @@ def open_ports(dl_status: int) -> tuple[int, ...]:
 def build_tree(dl_statuses: Sequence[int]) -> list[PlaceOnBus]:
     """The places of slaves in processing order, from their DL status.
 
-    A status that fits to nothing makes a line: what is wrong with the links is told elsewhere.
+    A status that fits to nothing makes a line: faults of links are reported elsewhere.
     """
     places: list[PlaceOnBus] = []
     waiting: list[tuple[int, int]] = []
@@ -65,10 +65,10 @@ def propagation_delays(
     delays = [0] * len(places)
     for position, place in enumerate(places):
         own = times[position]
-        found = _clock_above(places, times, position)
-        if own is None or found is None:
+        upstream = _clock_above(places, times, position)
+        if own is None or upstream is None:
             continue
-        parent, port = found
+        parent, port = upstream
         above = times[parent]
         assert above is not None
         before = _port_before(places[parent].open_ports, port)

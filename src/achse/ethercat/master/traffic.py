@@ -61,7 +61,7 @@ class BusJob(Generic[T]):
         return self._value[0]
 
     def cancel(self) -> None:
-        """End it; what is on the wire comes back to nobody."""
+        """End it; frames on the wire are dropped when they return."""
         if not self.is_done:
             self.is_done = self.cancelled = True
             self._ended()

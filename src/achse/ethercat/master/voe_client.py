@@ -37,7 +37,7 @@ class VendorMessage(NamedTuple):
 class VoeClient:
     """Messages to the slave behind a mailbox, as `Steps` that raise `BusError`, and from it.
 
-    `last` is the last one that nobody asked for, `count` how many there were.
+    `last` is the last unsolicited one, `count` the number of them.
     """
 
     def __init__(self, mailbox: MailboxClient) -> None:
@@ -60,7 +60,7 @@ class VoeClient:
         finally:
             mailbox.release()
 
-    def ask(self, message: VendorMessage, *, response_ns: int = 0) -> Steps[VendorMessage]:
+    def request(self, message: VendorMessage, *, response_ns: int = 0) -> Steps[VendorMessage]:
         """Send a message; the next of the same vendor is the answer."""
         head = message.vendor.to_bytes(4, "little")
         answer = yield from self._mailbox.converse(

@@ -140,16 +140,16 @@ def encoding_of(data: bytes) -> str:
     for mark, name in _MARKS:
         if data.startswith(mark):
             return name
-    found = ["utf-8"]
+    encodings = ["utf-8"]
     parser = expat.ParserCreate()
 
     def declared(_version: str, encoding: str | None, _standalone: int) -> None:
-        found.append(encoding or "utf-8")
+        encodings.append(encoding or "utf-8")
 
     parser.XmlDeclHandler = declared
     with suppress(expat.ExpatError, ValueError, LookupError):
         parser.Parse(data[:_CHUNK], False)
-    return found[-1]
+    return encodings[-1]
 
 
 def number(element: Element, path: str, default: int = 0) -> int:

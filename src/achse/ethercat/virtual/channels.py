@@ -47,14 +47,16 @@ def channels_of(outputs: Iterable[Pdo], inputs: Iterable[Pdo]) -> Mapping[str, P
                     continue
                 title = entry.name or f"{entry.index:04X}:{entry.subindex:02X}"
                 name = f"{pdo.name}.{title}" if pdo.name else title
-                made = PdoChannel(
+                channel = PdoChannel(
                     name, output, entry.index, entry.subindex, entry.bits, entry.data_type
                 )
-                whole.setdefault(name, made)
-                objects.setdefault(f"{entry.index:04X}:{entry.subindex:02X}", made)
-                short.setdefault(title, []).append(made)
+                whole.setdefault(name, channel)
+                objects.setdefault(f"{entry.index:04X}:{entry.subindex:02X}", channel)
+                short.setdefault(title, []).append(channel)
     single = {
-        name: found[0] for name, found in short.items() if len({each.place for each in found}) == 1
+        name: channels[0]
+        for name, channels in short.items()
+        if len({each.place for each in channels}) == 1
     }
     return {**single, **objects, **whole}
 

@@ -154,27 +154,27 @@ class VirtualDevice:
         """The objects of the file, and those that a device has besides: file first, PDOs last."""
         device = self.esi
         profiles = [] if device.element is None else device.element.findall("Profile")
-        found = {each.index: each for each in self._usual()}
-        found.update((each.index, each) for each in read_dictionary(iter(profiles)))
-        found.update((each.index, each) for each in modules)
+        by_index = {each.index: each for each in self._usual()}
+        by_index.update((each.index, each) for each in read_dictionary(iter(profiles)))
+        by_index.update((each.index, each) for each in modules)
         if idents is not None:
             listed = [
                 number(n, f"SubIndex {n:03d}", 32, ident) for n, ident in enumerate(idents, 1)
             ]
-            found[_DETECTED] = record_object(_DETECTED, "Detected modules", listed)
+            by_index[_DETECTED] = record_object(_DETECTED, "Detected modules", listed)
             writable = [
                 number(n, f"SubIndex {n:03d}", 32, ident, _WRITE)
                 for n, ident in enumerate(idents, 1)
             ]
-            found[_CONFIGURED] = record_object(_CONFIGURED, "Configured modules", writable)
+            by_index[_CONFIGURED] = record_object(_CONFIGURED, "Configured modules", writable)
         for index, entries in self._of_pdos().items():
-            present = found.get(index)
+            present = by_index.get(index)
             if present is None:
-                found[index] = _with_entries(index, entries)
+                by_index[index] = _with_entries(index, entries)
             else:
-                found[index] = _completed(present, entries)
-        found.update((each.index, each) for each in self._lists.objects())
-        return tuple(found[index] for index in sorted(found))
+                by_index[index] = _completed(present, entries)
+        by_index.update((each.index, each) for each in self._lists.objects())
+        return tuple(by_index[index] for index in sorted(by_index))
 
     def _usual(self) -> Iterator[DictionaryObject]:
         yield DictionaryObject(
@@ -194,13 +194,13 @@ class VirtualDevice:
 
     def _of_pdos(self) -> dict[int, dict[int, DictionaryEntry]]:
         """Entries of objects that PDOs map or start commands write, by index."""
-        found: dict[int, dict[int, DictionaryEntry]] = {}
+        by_index: dict[int, dict[int, DictionaryEntry]] = {}
         for output, pdos in ((True, self.esi.outputs), (False, self.esi.inputs)):
             access = _WRITE | ObjectAccess.RX_PDO if output else _READ | ObjectAccess.TX_PDO
             for each in pdos:
                 for entry in each.pdo.entries:
                     if entry.index:
-                        found.setdefault(entry.index, {}).setdefault(
+                        by_index.setdefault(entry.index, {}).setdefault(
                             entry.subindex,
                             DictionaryEntry(
                                 *(entry.subindex, entry.name, entry.data_type, entry.bits),
@@ -209,14 +209,14 @@ class VirtualDevice:
                         )
         for command in self.esi.commands:
             if command.index not in self._lists and not command.complete:
-                found.setdefault(command.index, {}).setdefault(
+                by_index.setdefault(command.index, {}).setdefault(
                     command.subindex,
                     DictionaryEntry(
                         *(command.subindex, command.comment, DataType.OCTET_STRING),
                         *(8 * len(command.data), _WRITE),
                     ),
                 )
-        return found
+        return by_index
 
     def _identity_values(self) -> dict[_Place, bytes]:
         identity = (
@@ -462,26 +462,26 @@ def _completed(
     present: DictionaryObject, entries: Mapping[int, DictionaryEntry]
 ) -> DictionaryObject:
     """An object of the file with the entries that PDOs map and it does not list, and their use."""
-    found = {each.subindex: each for each in present.entries}
+    by_subindex = {each.subindex: each for each in present.entries}
     for subindex, entry in entries.items():
-        known = found.get(subindex)
+        known = by_subindex.get(subindex)
         if known is None:
-            found[subindex] = entry
+            by_subindex[subindex] = entry
         elif entry.access & ~known.access & (ObjectAccess.RX_PDO | ObjectAccess.TX_PDO):
             use = entry.access & (ObjectAccess.RX_PDO | ObjectAccess.TX_PDO)
-            found[subindex] = DictionaryEntry(
+            by_subindex[subindex] = DictionaryEntry(
                 *(known.subindex, known.name, known.data_type, known.bits, known.access | use),
                 *(known.default, known.minimum, known.maximum),
             )
-    made = tuple(found[subindex] for subindex in sorted(found))
-    if len(made) > 1 and made[0].subindex == 0:
-        last = bytes((made[-1].subindex,))
-        first = made[0]
+    completed = tuple(by_subindex[subindex] for subindex in sorted(by_subindex))
+    if len(completed) > 1 and completed[0].subindex == 0:
+        last = bytes((completed[-1].subindex,))
+        first = completed[0]
         if first.default is None or first.default < last:
-            first = number(0, first.name, 8, made[-1].subindex, first.access)
-        made = (first, *made[1:])
-    code = ObjectCode.RECORD if len(made) > 1 else present.code
-    return DictionaryObject(present.index, present.name, code, present.data_type, made)
+            first = number(0, first.name, 8, completed[-1].subindex, first.access)
+        completed = (first, *completed[1:])
+    code = ObjectCode.RECORD if len(completed) > 1 else present.code
+    return DictionaryObject(present.index, present.name, code, present.data_type, completed)
 
 
 def _check_value(entry: DictionaryEntry, data: bytes) -> None:

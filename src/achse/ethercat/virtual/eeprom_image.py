@@ -85,7 +85,7 @@ def _fitting(source: SiiSource, *, objects: bool) -> bytes:
     """The image with as much of the PDOs as there is room for.
 
     Left out are first the names of entries, then those of PDOs, then PDOs that are not assigned.
-    A slave whose `objects` tell its PDOs may have none at all; others get a larger EEPROM.
+    A slave whose `objects` describe its PDOs may have none at all; others get a larger EEPROM.
     """
     variants = [
         source,
@@ -103,16 +103,16 @@ def _fitting(source: SiiSource, *, objects: bool) -> bytes:
     try:
         return encode_sii(replace(variants[-1], stretches=True))
     except struct.error as fault:
-        raise EsiError(f"its PDOs are more than an EEPROM can tell: {fault}") from None
+        raise EsiError(f"its PDOs do not fit into an EEPROM: {fault}") from None
 
 
 def _with_pdos(source: SiiSource, change: Callable[[Pdo], Pdo | None]) -> SiiSource:
     """The same with other PDOs; None leaves one out."""
-    made = [
+    directions = [
         tuple(new for pdo in pdos if (new := change(pdo)) is not None)
         for pdos in (source.tx_pdos, source.rx_pdos)
     ]
-    return replace(source, tx_pdos=made[0], rx_pdos=made[1])
+    return replace(source, tx_pdos=directions[0], rx_pdos=directions[1])
 
 
 def _unnamed(pdo: Pdo) -> tuple[PdoEntry, ...]:
@@ -143,8 +143,8 @@ def _fmmus(device: EsiDevice) -> bytes:
 
 def _as_assigned(pdo: Pdo, assigned: dict[int, Pdo]) -> Pdo:
     """A PDO with its SyncManager, none if the device does not assign it by itself."""
-    found = assigned.get(pdo.index)
-    manager = None if found is None else found.sync_manager
+    default = assigned.get(pdo.index)
+    manager = None if default is None else default.sync_manager
     return Pdo(pdo.index, pdo.name, manager, pdo.fixed, pdo.entries)
 
 

@@ -71,17 +71,17 @@ class _Types:
             if not base or base == name:
                 break
             name = base
-        found = type_number(name) or DataType.OCTET_STRING
-        if not bits and found in list(DataType):
-            bits = DataType(found).bits or (1 if found == DataType.BOOL else 0)
+        data_type = type_number(name) or DataType.OCTET_STRING
+        if not bits and data_type in list(DataType):
+            bits = DataType(data_type).bits or (1 if data_type == DataType.BOOL else 0)
         if not 0 <= bits <= _LONGEST_BITS:
             raise ValueError(f"type {name}: expected 0 to {_LONGEST_BITS} bits, got {bits}")
-        return found, bits
+        return data_type, bits
 
     def items(self, name: str) -> list[_Item]:
         """The entries of a type, none if it is a single value."""
         element = self._by_name.get(name.strip())
-        found: list[_Item] = []
+        items: list[_Item] = []
         for place, item in enumerate([] if element is None else element.findall("SubItem")):
             kind = item.findtext("Type", "")
             text = item.findtext("SubIdx", "").strip()
@@ -92,17 +92,17 @@ class _Types:
             info = None if array is None else array.find("ArrayInfo")
             octets = type_number(kind) == DataType.OCTET_STRING
             if array is None or info is None or place == 0 or octets:
-                found.append(_Item(first, title, *self.scalar(kind, bits), flags))
+                items.append(_Item(first, title, *self.scalar(kind, bits), flags))
                 continue
             count = number(info, "Elements")
             if not 0 <= count <= _MOST_ENTRIES:
                 raise ValueError(f"type {kind}: expected 0 to 255 elements, got {count}")
             lowest = number_of(text, "SubIdx") if text else number(info, "LBound", 1)
             each = self.scalar(array.findtext("BaseType", ""), bits // count if count else 0)
-            found += [
+            items += [
                 _Item(lowest + n, f"SubIndex {lowest + n:03d}", *each, flags) for n in range(count)
             ]
-        return [each for each in found if 0 <= each.subindex <= _MOST_ENTRIES]
+        return [each for each in items if 0 <= each.subindex <= _MOST_ENTRIES]
 
 
 def read_dictionary(profiles: Iterator[Element], shift: int = 0) -> list[DictionaryObject]:
@@ -110,14 +110,14 @@ def read_dictionary(profiles: Iterator[Element], shift: int = 0) -> list[Diction
 
     `shift` is added to each index that depends on the slot. ValueError names what cannot be read.
     """
-    found: dict[int, DictionaryObject] = {}
+    by_index: dict[int, DictionaryObject] = {}
     for profile in profiles:
         for dictionary in profile.iterfind("Dictionary"):
             types = _Types(dictionary.iterfind("DataTypes/DataType"))
             for element in dictionary.iterfind("Objects/Object"):
-                made = _object(element, types, shift)
-                found.setdefault(made.index, made)
-    return [found[index] for index in sorted(found)]
+                description = _object(element, types, shift)
+                by_index.setdefault(description.index, description)
+    return [by_index[index] for index in sorted(by_index)]
 
 
 def _object(element: Element, types: _Types, shift: int) -> DictionaryObject:
@@ -163,11 +163,11 @@ def _counted(entries: tuple[DictionaryEntry, ...]) -> tuple[DictionaryEntry, ...
     return (first, *entries[1:])
 
 
-def _values(items: list[_Item], given: list[Element]) -> list[Element | None]:
+def _values(items: list[_Item], elements: list[Element]) -> list[Element | None]:
     """The Info of each entry: by place where there are as many, else by name."""
-    if len(items) == len(given):
-        return [each.find("Info") for each in given]
-    by_name = {each.findtext("Name", "").strip(): each.find("Info") for each in given}
+    if len(items) == len(elements):
+        return [each.find("Info") for each in elements]
+    by_name = {each.findtext("Name", "").strip(): each.find("Info") for each in elements}
     return [by_name.get(item.name) for item in items]
 
 

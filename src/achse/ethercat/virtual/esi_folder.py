@@ -1,6 +1,6 @@
 """ESI files of a folder: devices by the name of their type, the newest revision first.
 
-A file is searched for its types only; a device is read when it is asked for. So a folder takes the
+A file is searched for its types only; a device is read at its first use. So a folder takes the
 memory of one file, however many and large its files are.
 
 Source: ETG.2000, Type of a device.

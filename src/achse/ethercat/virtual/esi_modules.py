@@ -78,14 +78,14 @@ def equip(device: EsiDevice, names: Sequence[str] = ()) -> EquippedDevice:
         raise
     except ValueError as fault:
         raise EsiError(f"{device.type_name}: {fault}") from None
-    made = replace(
+    equipped = replace(
         device,
         outputs=tuple(outputs),
         inputs=tuple(inputs),
         commands=tuple(commands),
         idn_commands=tuple(idn_writes),
     )
-    return EquippedDevice(made, idents, tuple(objects.values()))
+    return EquippedDevice(equipped, idents, tuple(objects.values()))
 
 
 def _modules(device: EsiDevice) -> Iterator[Element]:
@@ -122,15 +122,15 @@ def _default(device: EsiDevice, slots: Element) -> Iterator[Element]:
 
 def _moved(pdo: Element, pdo_step: int, index_step: int) -> Element:
     """PDOs or start commands of a module as they are in its slot."""
-    made = deepcopy(pdo)
+    copied = deepcopy(pdo)
     for path, step in (
         ("Index", pdo_step), ("Exclude", pdo_step), ("Entry/Index", index_step),
         ("InitCmd/Index", index_step),
     ):  # fmt: skip
-        for each in made.iterfind(path):
+        for each in copied.iterfind(path):
             if flag(each, "DependOnSlot"):
                 index = number_of((each.text or "").strip(), path) + step
                 if not 0 < index <= _LAST_INDEX:
                     raise ValueError(f"{path}: expected 1 to 0xFFFF, got {index}")
                 each.text = str(index)
-    return made
+    return copied

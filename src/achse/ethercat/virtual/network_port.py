@@ -76,8 +76,8 @@ class NetworkPort:
                     wanted = IpSettings.decode(body)
                 except ValueError:
                     return MailboxError.SIZE_TOO_SHORT
-                given = {name: each for name, each in vars(wanted).items() if each is not None}
-                self.settings = replace(self.settings, **given)
+                changes = {name: each for name, each in vars(wanted).items() if each is not None}
+                self.settings = replace(self.settings, **changes)
                 return (request(EoeType.SET_IP_ANSWER, b"", port, result),)
             case EoeType.GET_IP:
                 return (request(EoeType.GET_IP_ANSWER, self.settings.encode(), port, result),)

@@ -79,7 +79,7 @@ class PdoObjects:
         managers: Mapping[int, bool],
         entry_of: Callable[[int, int], DictionaryEntry],
     ) -> None:
-        """`managers` tells for each SyncManager of process data if it is one of outputs."""
+        """`managers`: for each SyncManager of process data, True if it is one of outputs."""
         self._entry_of = entry_of
         self._pdos = {each.pdo.index: each for each in (*device.outputs, *device.inputs)}
         self._outputs = {each.pdo.index for each in device.outputs}
@@ -124,36 +124,36 @@ class PdoObjects:
 
     def read(self, index: int, subindex: int) -> bytes:
         """A number of a list."""
-        found = self._lists[index]
+        pdo_list = self._lists[index]
         if subindex == 0:
-            return bytes((found.count,))
-        if subindex > found.room:
+            return bytes((pdo_list.count,))
+        if subindex > pdo_list.room:
             raise SdoAbort(AbortCode.NO_SUBINDEX)
-        value = found.values[subindex - 1] if subindex <= len(found.values) else 0
-        return value.to_bytes(found.bits >> 3, "little")
+        value = pdo_list.values[subindex - 1] if subindex <= len(pdo_list.values) else 0
+        return value.to_bytes(pdo_list.bits >> 3, "little")
 
     def write(self, index: int, subindex: int, data: bytes) -> None:
         """Change a list; raises `SdoAbort`."""
-        found = self._lists[index]
+        pdo_list = self._lists[index]
         value = int.from_bytes(data, "little")
-        if subindex > found.room:
+        if subindex > pdo_list.room:
             raise SdoAbort(AbortCode.NO_SUBINDEX)
-        if len(data) != (found.bits >> 3 if subindex else 1):
+        if len(data) != (pdo_list.bits >> 3 if subindex else 1):
             raise SdoAbort(AbortCode.LENGTH)
         if subindex == 0:
-            if value > found.room:
+            if value > pdo_list.room:
                 raise SdoAbort(AbortCode.VALUE_RANGE)
-            found.values += [0] * (value - len(found.values))
+            pdo_list.values += [0] * (value - len(pdo_list.values))
             if value:
-                self._check(index, found.values[:value])
-            found.count = value
+                self._check(index, pdo_list.values[:value])
+            pdo_list.count = value
             return
-        if found.count and subindex <= found.count and found.values[subindex - 1] == value:
+        if pdo_list.count and subindex <= pdo_list.count and pdo_list.values[subindex - 1] == value:
             return  # some masters write what is there already
-        if found.count:
+        if pdo_list.count:
             raise SdoAbort(AbortCode.UNSUPPORTED_ACCESS, "the count has to be 0 first")
-        found.values += [0] * (subindex - len(found.values))
-        found.values[subindex - 1] = value
+        pdo_list.values += [0] * (subindex - len(pdo_list.values))
+        pdo_list.values[subindex - 1] = value
 
     def _check(self, index: int, values: Sequence[int]) -> None:
         """Raise `SdoAbort` for a list that cannot be."""

@@ -95,14 +95,14 @@ def make_slave(
     """
     equipped = equip(device, modules)
     kind = VirtualFileDevice if "FoE" in device.protocols else VirtualDevice
-    made = kind(
+    application = kind(
         equipped.device,
         behaviour=behaviour,
         serial_number=serial_number,
         module_idents=equipped.idents,
         module_objects=equipped.objects,
     )
-    return VirtualSlave(made, alias=alias)
+    return VirtualSlave(application, alias=alias)
 
 
 def _process(device: VirtualDevice) -> Sequence[ProcessSyncManager]:
@@ -123,10 +123,10 @@ def _memory(device: EsiDevice) -> SlaveMemory:
 def _resources(device: VirtualDevice) -> ControllerResources:
     """The resources of the file, and as many more as its SyncManagers need."""
     esi = device.esi
-    given = [0, 0, 0]
+    resources = [0, 0, 0]
     if esi.element is not None:
         names = ("FmmuCount", "SmCount", "DpramSize")
-        given = [number(esi.element, f"Info/EtherCATController/{name}") for name in names]
+        resources = [number(esi.element, f"Info/EtherCATController/{name}") for name in names]
     process = _process(device)
     ends = [
         each.area.start + each.area.length
@@ -134,11 +134,13 @@ def _resources(device: VirtualDevice) -> ControllerResources:
         if each.use.startswith("MBox")
     ]
     ends += [each.start + 3 * device.buffer_size(each.number) for each in process]
-    ram = max(given[2] >> 10, -(-(max(ends, default=0) - RAM_BASE) // 1024), _USUAL_RAM_KIB)
+    ram = max(resources[2] >> 10, -(-(max(ends, default=0) - RAM_BASE) // 1024), _USUAL_RAM_KIB)
     needed = len(process) + 1
     return ControllerResources(
-        fmmus=min(max(given[0], len(esi.fmmus), needed, _USUAL_FMMUS), _MOST_FMMUS),
-        sync_managers=min(max(given[1], len(esi.sync_managers), _USUAL_MANAGERS), _MOST_MANAGERS),
+        fmmus=min(max(resources[0], len(esi.fmmus), needed, _USUAL_FMMUS), _MOST_FMMUS),
+        sync_managers=min(
+            max(resources[1], len(esi.sync_managers), _USUAL_MANAGERS), _MOST_MANAGERS
+        ),
         ram_kib=min(ram, _MOST_RAM_KIB),
         ports=sum(_PORTS.get(each, 0) << 2 * n for n, each in enumerate(esi.physics[:4])) or 0b1111,
         features=_FEATURES | (_CLOCK_FEATURES if esi.modes else 0),
