@@ -1,4 +1,4 @@
-"""Canonical commands: what an interpreted part program asks of the channel that runs it.
+"""Canonical commands: what an interpreted part program commands the channel that runs it.
 
 The interpreter yields these in the order in which they have to happen. All lengths are in mm and
 all velocities in mm/s. Positions are those of the axes: zero shifts, rotation, mirror, tool length

@@ -49,4 +49,4 @@ def test_a_mirror_turns_arcs_round() -> None:
     assert not getattr(arc, "clockwise")  # noqa: B009
     assert WorkFrame(mirror=(1.0, -1.0, 1.0)).flips
     assert not WorkFrame(mirror=(-1.0, -1.0, 1.0)).flips
-    assert WorkFrame().plain
+    assert WorkFrame().is_translation

@@ -3,7 +3,7 @@
 Each element is moved aside by the radius. At an outer corner an arc about the corner joins the
 neighbours; at an inner one they end where they cross. The selecting line ends beside its own end;
 before an inner corner, beside the begin of the next element. The last element before G40 ends
-beside its own end. Elements are therefore held back until the next one is known, with bottleneck
+beside its own end. Elements are therefore delayed until the next one is known, with bottleneck
 detection until so many behind it are known (channel parameter 0x51).
 Source: tcnci, cutter radius compensation, bottleneck detection; corners are our choice, as
 LinuxCNC does it.
@@ -133,8 +133,8 @@ class CutterCompensation:
         """True if an element came behind the selecting line."""
 
     @property
-    def held_origin(self) -> Origin | None:
-        """First block whose move is held back."""
+    def delayed_origin(self) -> Origin | None:
+        """First block whose move is delayed."""
         for item in self.pending:
             if isinstance(item, _Beside):
                 return item.element.facts.origin
@@ -179,7 +179,7 @@ class CutterCompensation:
         yield from self._release()
 
     def finish(self) -> Iterator[ContourElement | Canonical]:
-        """The end of the contour: all that is held back."""
+        """The end of the contour: all delayed elements."""
         yield from self._check(None)
         yield from self._release(everything=True)
 
@@ -282,7 +282,7 @@ class CutterCompensation:
         self.pending.append(line)
 
     def _drop(self, last: _Beside) -> _Beside | None:
-        """Leave out an element that does not fit; what is before it, if it is still held."""
+        """Leave out an element that does not fit; what is before it, if it is still pending."""
         self.pending.remove(last)
         before = self._last()
         while before is not None and before.corner:

@@ -43,16 +43,16 @@ class WorkFrame:
     mirror: PathPoint = (1.0, 1.0, 1.0)
     """1 or -1 for each axis."""
     tool: PathPoint = _ORIGIN
-    plain: bool = field(init=False)
+    is_translation: bool = field(init=False)
     """True without rotation and mirror."""
 
     def __post_init__(self) -> None:
-        plain = self.turn is UNTURNED and self.mirror == (1.0, 1.0, 1.0)
-        object.__setattr__(self, "plain", plain)
+        is_translation = self.turn is UNTURNED and self.mirror == (1.0, 1.0, 1.0)
+        object.__setattr__(self, "is_translation", is_translation)
 
     def to_axes(self, point: PathPoint) -> PathPoint:
         """Positions of the axes for a point of the workpiece."""
-        x, y, z = point if self.plain else self.turned(point)
+        x, y, z = point if self.is_translation else self.turned(point)
         (a, b, c), (d, e, f) = self.shift, self.tool
         return (x + a + d, y + b + e, z + c + f)
 
@@ -68,7 +68,7 @@ class WorkFrame:
             value - shift - tool
             for value, shift, tool in zip(axes, self.shift, self.tool, strict=True)
         )
-        if self.plain:
+        if self.is_translation:
             return (x, y, z)
         (a, b, c), (d, e, f), (g, h, i) = self.turn
         u, v, w = self.mirror

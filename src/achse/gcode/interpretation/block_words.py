@@ -170,12 +170,12 @@ class BlockWords:
         self, prepared: Preparation, values: dict[str, float | None], origin: Origin
     ) -> Iterator[Canonical]:
         if prepared.dwell:
-            given = [values[name] for name in ("X", "F") if values.get(name) is not None]
-            if len(given) != 1 or given[0] is None or not 0.0 <= given[0] <= 1e9:
+            times = [values[name] for name in ("X", "F") if values.get(name) is not None]
+            if len(times) != 1 or times[0] is None or not 0.0 <= times[0] <= 1e9:
                 raise WordRefused(
                     NcError.PROGRAM_SYNTAX_RUNNING, "expected G04 with X or F: seconds >= 0", "G04"
                 )
-            yield from self.path.other(DwellTime(origin, given[0]))
+            yield from self.path.other(DwellTime(origin, times[0]))
         elif prepared.positions:
             words = MotionWords(
                 values,

@@ -109,13 +109,13 @@ class Flow:
             if label is not None:
                 self.places.append(ProgramPlace(own, label + 1, label + 1, repeats))
                 return
-        found = self.subroutines(number) if self.subroutines is not None else None
-        if found is None:
+        subroutine = self.subroutines(number) if self.subroutines is not None else None
+        if subroutine is None:
             raise WordRefused(
                 NcError.SUBROUTINE_MISSING, f"there is neither a label L{number} nor L{number}.NC"
             )
-        start = found.begin(number)
-        self.places.append(ProgramPlace(found, start, start, repeats))
+        start = subroutine.begin(number)
+        self.places.append(ProgramPlace(subroutine, start, start, repeats))
 
     def leave(self) -> bool:
         """M17: back to the caller, or once more from the label. False in the main program."""
@@ -134,19 +134,19 @@ class Flow:
         value = target.value if target.letter == "K" else self.value(target)
         direction = "-" if value < 0.0 or target.sign == "-" else "+"
         number = abs(value)
-        found = None
+        target_line = None
         if number == int(number):
-            found = self.place.program.find_block(int(number), line, direction)
-        if found is None:
+            target_line = self.place.program.find_block(int(number), line, direction)
+        if target_line is None:
             where = "before" if direction == "-" else "behind"
             raise WordRefused(
                 NcError.PROGRAM_SYNTAX_RUNNING,
                 f"there is no block N{number:g} {where} this one",
                 f"{target.letter}{target.sign}{abs(target.value):g}",
             )
-        self.place.line = found
-        if self.watch is not None and found <= line:
-            self.watch.back(self, line, found)
+        self.place.line = target_line
+        if self.watch is not None and target_line <= line:
+            self.watch.back(self, line, target_line)
 
     def value(self, operand: AtOperand) -> float:
         """K as it is, R its value, P the value of the parameter that R names."""

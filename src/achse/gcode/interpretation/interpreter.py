@@ -1,7 +1,7 @@
 """The interpreter: runs a part program block by block and yields canonical commands.
 
 How a channel uses it: `advance()` gives the next command of `canon`, or None; then `state` says
-why. At a decoder stop, carry out all commands so far and call `go_ahead` with what the stop asks
+why. At a decoder stop, carry out all commands so far and call `go_ahead` with what the stop requests
 for. `advance` runs a limited number of blocks per call, so that an endless loop in a program never
 holds the station: call it again in the next cycle. R parameters, skip mask, zero shifts and tools
 may change between calls; what is already yielded stays as it is, so a program that wants new values
@@ -106,7 +106,7 @@ class Interpreter:
         self.origin = Origin(program.name, 1, 0, 0, 0)
         """The block that ran last."""
         self.unmade: Origin | None = None
-        """First block that cutter compensation held back as the last block began to run."""
+        """First block that cutter compensation delayed as the last block began to run."""
         self.left_out: Set[tuple[int, str, int]] = frozenset()
         """Blocks that do not run: their counters, and file and line as in `Origin`."""
         self.search_result: SearchFound | None = None
@@ -261,7 +261,7 @@ class Interpreter:
         self.blocks += 1
         origin = Origin(program.name, line + 1, program.starts[line], block.number, self.blocks)
         self.origin = origin
-        self.unmade = self.path.held_origin
+        self.unmade = self.path.delayed_origin
         if program.begins_subroutine(line, block):
             return
         commands = list(self._run(block, origin, line))
@@ -297,7 +297,7 @@ class Interpreter:
             self.flow = self._main
             return
         origin = Origin(flow.place.program.name, len(flow.place.program), 0, 0, self.blocks)
-        self.unmade = self.path.held_origin
+        self.unmade = self.path.delayed_origin
         try:
             self._hand_out(list(self._end(origin, clear=False)), origin)
         except WordRefused as refused:

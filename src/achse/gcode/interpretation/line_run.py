@@ -65,10 +65,10 @@ def read_points(
     add = points.append
     x, y, z = begin
     for text in lines:
-        found = _BARE(text)
-        if found is None:
+        match = _BARE(text)
+        if match is None:
             break
-        first, second, third = found.groups()
+        first, second, third = match.groups()
         if incremental:
             a = x + float(first) if first else x
             b = y + float(second) if second else y

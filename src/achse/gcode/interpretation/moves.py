@@ -106,12 +106,12 @@ class PathMaker:
         )
 
     @property
-    def held_origin(self) -> Origin | None:
-        """First block whose move cutter compensation holds back; None without one."""
-        return None if self.compensation is None else self.compensation.held_origin
+    def delayed_origin(self) -> Origin | None:
+        """First block whose move cutter compensation delays; None without one."""
+        return None if self.compensation is None else self.compensation.delayed_origin
 
     def end_compensation(self) -> Iterator[Canonical]:
-        """G40 or the end of the program: what was held back comes out."""
+        """G40 or the end of the program: delayed moves come out."""
         compensation, self.compensation = self.compensation, None
         if compensation is None:
             return
@@ -119,7 +119,7 @@ class PathMaker:
         self.work = self.frame.to_work(self.axes)
 
     def other(self, command: Canonical) -> Iterator[Canonical]:
-        """A command other than a move, kept in its place among moves that are held back."""
+        """A command other than a move, in its place among the delayed moves."""
         if self.compensation is None:
             yield command
         else:
@@ -180,7 +180,7 @@ class PathMaker:
         The same as `move`, for the state in which long programs are nearly all the time.
         """
         modal, frame = self.modal, self.frame
-        if modal.motion > 1 or self.compensation is not None or not frame.plain:
+        if modal.motion > 1 or self.compensation is not None or not frame.is_translation:
             return None
         rapid = modal.motion == 0
         if True in self.stale or not (rapid or velocity > 0.0):
@@ -221,8 +221,11 @@ class PathMaker:
         """The lines of a program from one on that `bare_line` would make the same moves of, as far
         as they are alike; None if there are none."""
         modal, frame = self.modal, self.frame
-        plain = modal.motion == 1 and not (modal.exact_stop or modal.linear_feed)
-        if not (plain and velocity > 0.0 and frame.plain) or self.compensation is not None:
+        line_motion = modal.motion == 1 and not (modal.exact_stop or modal.linear_feed)
+        if (
+            not (line_motion and velocity > 0.0 and frame.is_translation)
+            or self.compensation is not None
+        ):
             return None
         if True in self.stale:
             return None
@@ -261,16 +264,16 @@ class PathMaker:
         first, second, _ = self.modal.plane.axes
         names = AXIS_LETTERS[first], AXIS_LETTERS[second]
         angle = values["ANG"]
-        given = [name for name in names if values.get(name) is not None]
-        if self.modal.motion > 1 or len(given) != 1 or angle is None:
+        programmed = [name for name in names if values.get(name) is not None]
+        if self.modal.motion > 1 or len(programmed) != 1 or angle is None:
             raise WordRefused(
                 NcError.PROGRAM_SYNTAX_RUNNING,
                 f"ANG needs a line (G00, G01) and one of {names[0]} and {names[1]}",
                 "ANG",
             )
-        at = names.index(given[0])
+        at = names.index(programmed[0])
         known, missing = (first, second) if at == 0 else (second, first)
-        value = values[given[0]]
+        value = values[programmed[0]]
         assert value is not None
         begin = self.work[known]
         way = value if self.modal.incremental else value - begin
@@ -359,7 +362,7 @@ class PathMaker:
                 facts.delete_distance,
             )
         normal, rise = element.normal, element.rise
-        if not frame.plain:
+        if not frame.is_translation:
             x, y, z = frame.turned(normal)
             normal = (x, y, z)
             if frame.flips:

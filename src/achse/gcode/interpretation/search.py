@@ -81,7 +81,7 @@ class BlockSearch:
     ) -> SearchFound | None:
         """Look at the commands of a block; not None when it is the one.
 
-        A block whose move was held back by cutter compensation is found when the move comes out.
+        A block whose move was delayed by cutter compensation is found when the move comes out.
         """
         for index, command in enumerate(commands):
             if not self._wanted(command.origin):

@@ -71,7 +71,7 @@ class MRule:
 
 
 NO_RULE = MRule()
-"""An M function that nobody has set up: the program runs over it."""
+"""An M function without parameters: the program skips it."""
 
 MRules = Mapping[int, MRule]
 """By number 0..159."""

@@ -81,8 +81,8 @@ class ZeroShifts:
 
     def read(self, text: str) -> None:
         """Load the values of a file. Rows that it does not have stay. All or nothing."""
-        found = dict(_rows(text.splitlines()))
-        for row, values in found.items():
+        shifts = dict(_rows(text.splitlines()))
+        for row, values in shifts.items():
             self._values[row][:] = values
         self.changes += 1
 

@@ -72,7 +72,7 @@ class Registers:
         if len(numbers) > len(self.stack):
             raise WordRefused(
                 NcError.ARITHMETIC_STACK_UNDERFLOW,
-                f"{len(numbers)} values asked for, the stack holds {len(self.stack)}",
+                f"{len(numbers)} values requested, the stack has {len(self.stack)}",
             )
         for number in numbers:
             self[number] = self.stack.pop()

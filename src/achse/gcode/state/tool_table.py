@@ -17,7 +17,7 @@ TOOL_PLACES = 255
 
 
 class ToolType(IntEnum):
-    """Types with a meaning; others are kept as numbers."""
+    """Types with a meaning; others are stored as numbers."""
 
     NONE = 0
     DRILL = 10
@@ -39,7 +39,7 @@ class ToolParameter(IntEnum):
 
 
 PARAMETERS = 15
-"""Values that a tool has: number, type and 1..14 of the parameter rows; unnamed ones are kept."""
+"""Values that a tool has: number, type and 1..14 of the parameter rows; unnamed ones are stored."""
 
 
 class ToolFileError(ValueError):
@@ -83,7 +83,7 @@ class ToolEntry:
 
 
 class ToolTable:
-    """Tools by D number. A place that nobody has set up has zeros only."""
+    """Tools by D number. A place that was never written has zeros only."""
 
     def __init__(self) -> None:
         self._tools: dict[int, ToolEntry] = {}

@@ -216,26 +216,26 @@ class _WordByWord:
             self._at_call()
         elif first == "#":
             self._hash_call()
-        elif found := _CALC.match(line, at):
-            self.at = found.end()
-            first_number, second, third = (int(found[each]) for each in (2, 3, 4))
-            self._call(RotationCall(bool(found[1]), (first_number, second, third)), found[0])
-        elif found := _NAME.match(line, at):
-            self._named(found)
-        elif found := _ASSIGNED.match(line, at):
-            self.at = found.end()
-            value = self._formula(found[0].strip())
-            if found[1][0] == "R":
-                if not found[1][1:]:
+        elif match := _CALC.match(line, at):
+            self.at = match.end()
+            first_number, second, third = (int(match[each]) for each in (2, 3, 4))
+            self._call(RotationCall(bool(match[1]), (first_number, second, third)), match[0])
+        elif match := _NAME.match(line, at):
+            self._named(match)
+        elif match := _ASSIGNED.match(line, at):
+            self.at = match.end()
+            value = self._formula(match[0].strip())
+            if match[1][0] == "R":
+                if not match[1][1:]:
                     raise self._refuse("expected R0 to R999 before =", "R")
-                self.block.assignments.append((int(found[1][1:10]), value))
+                self.block.assignments.append((int(match[1][1:10]), value))
             else:
-                self._address(found[1], value)
-        elif found := _REGISTER.match(line, at):
-            self.at = found.end()
-            self._address(found[1], self._formula(found[1]))
-        elif found := _NUMBERED.match(line, at):
-            self._numbered(found)
+                self._address(match[1], value)
+        elif match := _REGISTER.match(line, at):
+            self.at = match.end()
+            self._address(match[1], self._formula(match[1]))
+        elif match := _NUMBERED.match(line, at):
+            self._numbered(match)
         else:
             raise self._refuse(f"{first!r} begins no word of this dialect", first)
 
@@ -248,15 +248,15 @@ class _WordByWord:
         return value
 
     def _skip(self) -> None:
-        found = _SKIP.match(self.line, self.at)
-        assert found is not None
+        match = _SKIP.match(self.line, self.at)
+        assert match is not None
         if self.block or self.block.skip >= 0:
-            raise self._refuse("a skip mark is at the beginning of a block", found[0])
-        level = int(found[1][:9] or "0")
+            raise self._refuse("a skip mark is at the beginning of a block", match[0])
+        level = int(match[1][:9] or "0")
         if level >= SKIP_LEVELS:
-            raise self._refuse(f"expected /0 to /{SKIP_LEVELS - 1}", found[0])
+            raise self._refuse(f"expected /0 to /{SKIP_LEVELS - 1}", match[0])
         self.block.skip = level
-        self.at = found.end()
+        self.at = match.end()
 
     def _call(self, call: AtCall | HashCall | RotationCall, word: str) -> None:
         if self.block.call is not None:
@@ -265,45 +265,45 @@ class _WordByWord:
 
     def _operands(self) -> tuple[AtOperand, ...]:
         operands = []
-        while found := _OPERAND.match(self.line, self.at):
-            if found[1] == "K":
-                operands.append(AtOperand("K", float(found[2] + found[3]), found[2]))
-            elif found[2] or not found[3].isdecimal():
-                raise self._refuse(f"expected {found[1]} with a whole number", found[0].strip())
+        while match := _OPERAND.match(self.line, self.at):
+            if match[1] == "K":
+                operands.append(AtOperand("K", float(match[2] + match[3]), match[2]))
+            elif match[2] or not match[3].isdecimal():
+                raise self._refuse(f"expected {match[1]} with a whole number", match[0].strip())
             else:
-                operands.append(AtOperand(found[1], float(found[3])))
-            self.at = found.end()
+                operands.append(AtOperand(match[1], float(match[3])))
+            self.at = match.end()
         return tuple(operands)
 
     def _at_call(self) -> None:
-        found = _AT.match(self.line, self.at)
-        if found is None:
+        match = _AT.match(self.line, self.at)
+        if match is None:
             raise self._refuse("expected @ with the number of a command", "@")
-        row = AT_COMMANDS.get(int(found[1]))
+        row = AT_COMMANDS.get(int(match[1]))
         if row is None:
-            raise self._refuse("this @ command is unknown", found[0])
-        self.at = found.end()
-        self._call(AtCall(row, self._operands()), found[0])
+            raise self._refuse("this @ command is unknown", match[0])
+        self.at = match.end()
+        self._call(AtCall(row, self._operands()), match[0])
 
     def _hash_call(self) -> None:
         begin = self.at
         end = self.line.find("#", begin + 1)
-        found = _HASH.match(self.line, begin)
-        if end < 0 or found is None or not self.line[begin + 1 : end].rstrip().endswith(")"):
+        match = _HASH.match(self.line, begin)
+        if end < 0 or match is None or not self.line[begin + 1 : end].rstrip().endswith(")"):
             raise self._refuse(
                 "expected #set …(…)#, #get …(…)#, #skip …(…)# or #MSG(…)#",
                 self.line[begin : begin + 20],
             )
         last = self.line.rindex(")", begin, end)
-        verb, name = found[1].upper(), found[2]
+        verb, name = match[1].upper(), match[2]
         if verb == "MSG":
-            text = self.original[found.end() : last]
+            text = self.original[match.end() : last]
             parts = [part.strip() for part in text.split(";")]
             self._call(HashCall(verb, "", (), _as_meant(parts[-1].strip("\"' "))), "#")
             self.at = end + 1
             return
         arguments = []
-        self.at = found.end()
+        self.at = match.end()
         while self.at < last:
             arguments.append(self._formula(name))
             separator = _SEPARATOR.match(self.line, self.at)
@@ -316,16 +316,16 @@ class _WordByWord:
         self._call(HashCall(verb, name, tuple(arguments)), "#")
         self.at = end + 1
 
-    def _named(self, found: re.Match[str]) -> None:
-        row = NAMED_WORDS[found[1]]
-        self.at = found.end()
+    def _named(self, match: re.Match[str]) -> None:
+        row = NAMED_WORDS[match[1]]
+        self.at = match.end()
         self.block.words.append(row)
-        if found[1] in ("ANG", "DYNOVR"):
-            if not found[2]:
-                raise self._refuse(f"expected {found[1]}=value", found[1])
-            self._address(found[1], self._formula(found[1]))
-        elif found[2]:
-            raise self._refuse(f"{found[1]} has no value", found[1])
+        if match[1] in ("ANG", "DYNOVR"):
+            if not match[2]:
+                raise self._refuse(f"expected {match[1]}=value", match[1])
+            self._address(match[1], self._formula(match[1]))
+        elif match[2]:
+            raise self._refuse(f"{match[1]} has no value", match[1])
 
     def _address(self, name: str, value: WordValue) -> None:
         known = name in ADDRESSES or name in ("ANG", "DYNOVR")
@@ -340,14 +340,14 @@ class _WordByWord:
             value = value if number is None else number
         self.block.values[name] = value
 
-    def _numbered(self, found: re.Match[str]) -> None:
-        letter, number = found[1], found[2] or ""
+    def _numbered(self, match: re.Match[str]) -> None:
+        letter, number = match[1], match[2] or ""
         word = letter + number
         block = self.block
         if letter in "KRP" and self._is_case_line():
             block.call = AtCall(None, self._operands())
             return
-        self.at = found.end()
+        self.at = match.end()
         if letter == "N":
             if block or block.number or not number.isdecimal():
                 raise self._refuse("expected N with a number at the beginning of a block", word)
@@ -367,7 +367,7 @@ class _WordByWord:
         elif letter == "Q":
             raise self._refuse(f"expected Q1=… to Q{AUXILIARY_AXES}=…", word)
         elif letter not in ADDRESSES:
-            raise self._refuse("this word is unknown", self._letters(found.start()))
+            raise self._refuse("this word is unknown", self._letters(match.start()))
         elif number:
             value = float(number)
             if not isfinite(value):
@@ -376,12 +376,12 @@ class _WordByWord:
         elif letter in _AXES:
             self._address(letter, None)
         else:
-            raise self._refuse("expected a value", self._letters(found.start()))
+            raise self._refuse("expected a value", self._letters(match.start()))
 
     def _letters(self, at: int) -> str:
         """The unknown word as it is written: letters and what is directly behind them."""
-        found = re.compile(r"[A-Z]+[-+\d.]*").match(self.line, at)
-        return found[0] if found is not None else self.line[at]
+        match = re.compile(r"[A-Z]+[-+\d.]*").match(self.line, at)
+        return match[0] if match is not None else self.line[at]
 
     def _is_case_line(self) -> bool:
         block = self.block

@@ -129,39 +129,39 @@ def parse_formula(text: str, at: int, nesting: int = 0) -> tuple[Arithmetical, i
     """The formula that begins at `at` in upper-case text, and where it ends."""
     first, at = _term(text, at, nesting)
     rest = []
-    while found := _OPERATOR.match(text, at):
-        term, at = _term(text, found.end(), nesting)
-        rest.append((found[1], term))
+    while match := _OPERATOR.match(text, at):
+        term, at = _term(text, match.end(), nesting)
+        rest.append((match[1], term))
     return Arithmetical(first, tuple(rest)), at
 
 
 def _term(text: str, at: int, nesting: int) -> tuple[FormulaTerm, int]:
     if nesting > MAX_NESTING:
         raise WordRefused(NcError.ARITHMETIC_STACK_OVERFLOW, "functions are nested too deep")
-    found = _TERM.match(text, at)
-    if found is None:
+    match = _TERM.match(text, at)
+    if match is None:
         got = text[at : at + 12].strip() or "the end"
         raise WordRefused(
             NcError.PROGRAM_SYNTAX_RUNNING,
             f"expected a number, an R parameter or a function, got {got!r}",
         )
-    sign = -1.0 if found[1] == "-" else 1.0
-    at = found.end()
-    if found[2]:
-        value = float(found[2])
+    sign = -1.0 if match[1] == "-" else 1.0
+    at = match.end()
+    if match[2]:
+        value = float(match[2])
         if value == inf:
             raise WordRefused(NcError.FLOATING_POINT_OPERATION, "the number is out of range")
         return FormulaTerm(sign, TermKind.NUMBER, value), at
-    if found[3]:
-        return FormulaTerm(sign, TermKind(found[3]), float(found[4][:9])), at
-    if not found[6]:
+    if match[3]:
+        return FormulaTerm(sign, TermKind(match[3]), float(match[4][:9])), at
+    if not match[6]:
         term, at = _term(text, at, nesting + 1)
-        return FormulaTerm(sign, TermKind.FUNCTION, Arithmetical(term), found[5]), at
+        return FormulaTerm(sign, TermKind.FUNCTION, Arithmetical(term), match[5]), at
     inner, at = parse_formula(text, at, nesting + 1)
-    closing = _CLOSING[found[6]]
+    closing = _CLOSING[match[6]]
     end = _END.match(text, at)
     if end is None or end[1] != closing:
         raise WordRefused(
-            NcError.PROGRAM_SYNTAX_RUNNING, f"expected {closing} behind {found[5]}{found[6]}…"
+            NcError.PROGRAM_SYNTAX_RUNNING, f"expected {closing} behind {match[5]}{match[6]}…"
         )
-    return FormulaTerm(sign, TermKind.FUNCTION, inner, found[5]), end.end()
+    return FormulaTerm(sign, TermKind.FUNCTION, inner, match[5]), end.end()

@@ -16,7 +16,7 @@ from achse.gcode.errors import GcodeError, WordRefused
 from achse.gcode.text.blocks import ProgramBlock, parse_block
 
 KEPT_BLOCKS = 4096
-"""Blocks that are kept for loops and subroutines; a long program is not in memory twice."""
+"""Blocks that are cached for loops and subroutines; a long program is not in memory twice."""
 
 LONGEST_BLOCK = 1024
 """Characters of a block, decision 0090. A longer line is refused when it is to run."""
@@ -53,9 +53,9 @@ def _has_wide_characters(data: bytes) -> bool:
 def _separated(text: str) -> str:
     """Every line ends with LF, perhaps behind CR; NUL bytes around blocks are blanks."""
     if "\r" in text:
-        text = _RETURNS.sub(lambda found: "\n" * len(found[0]), text)
+        text = _RETURNS.sub(lambda match: "\n" * len(match[0]), text)
     if "\0" in text:
-        text = _PADDING.sub(lambda found: " " * len(found[0]), text)
+        text = _PADDING.sub(lambda match: " " * len(match[0]), text)
     return text
 
 
@@ -201,9 +201,9 @@ class PartProgram:
             end = min(after + 1, len(self.lines))
             while end > 0:
                 begin = max(end - _LINES_AT_ONCE, 0)
-                found = list(self._numbered(wanted, begin, end))
-                if found:
-                    return found[-1]
+                lines = list(self._numbered(wanted, begin, end))
+                if lines:
+                    return lines[-1]
                 end = begin
             return None
         return next(self._numbered(wanted, after + 1, len(self.lines)), None)
@@ -213,9 +213,9 @@ class PartProgram:
         if begin >= end:
             return
         last = self.starts[end] if end < len(self.starts) else len(self._upper)
-        for found in wanted.finditer(self._upper, self.starts[begin], last):
-            line = self.line_of(found.start())
-            if _BEFORE_NUMBER.fullmatch(self._upper, self.starts[line], found.start()):
+        for match in wanted.finditer(self._upper, self.starts[begin], last):
+            line = self.line_of(match.start())
+            if _BEFORE_NUMBER.fullmatch(self._upper, self.starts[line], match.start()):
                 yield line
 
     @property
@@ -226,15 +226,15 @@ class PartProgram:
         """
         if self._labels is None:
             self._labels = {}
-            for found in _LABEL.finditer(self._upper):
-                at = self.line_of(found.start())
-                if self._upper[self.starts[at] : found.start()].strip(" \t"):
+            for match in _LABEL.finditer(self._upper):
+                at = self.line_of(match.start())
+                if self._upper[self.starts[at] : match.start()].strip(" \t"):
                     continue
                 before = at - 1
                 while before >= 0 and _NOTHING.fullmatch(self.lines[before]):
                     before -= 1
                 if before >= 0 and _ends(self.lines[before]):
-                    self._labels.setdefault(int(found[1]), at)
+                    self._labels.setdefault(int(match[1]), at)
         return self._labels
 
     def begin(self, number: int) -> int:
@@ -242,8 +242,8 @@ class PartProgram:
         for at, line in enumerate(self.lines):
             if _NOTHING.fullmatch(line) or line.lstrip().startswith("%"):
                 continue
-            found = _LABEL.fullmatch(line)
-            return at + 1 if found is not None and int(found[1]) == number else 0
+            match = _LABEL.fullmatch(line)
+            return at + 1 if match is not None and int(match[1]) == number else 0
         return 0
 
 

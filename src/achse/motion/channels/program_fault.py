@@ -85,7 +85,7 @@ def refusal(
     last, unmade = interpreter.origin, interpreter.unmade
     counter = interpreter.blocks
     if (last.program, last.line) != (refused.program, refused.line):  # it could not be read
-        counter, unmade = counter + 1, interpreter.path.held_origin
+        counter, unmade = counter + 1, interpreter.path.delayed_origin
     number = _BLOCK_NUMBER.match(refused.text)
     block = int(number[1]) if number else 0
     origin = Origin(refused.program, refused.line, refused.index, block, counter)
