@@ -84,7 +84,7 @@ def test_shown_value_of_a_part_has_a_name_at_the_axis(either: Any) -> None:
         assert place() == struct.pack("<d" if row.is_real else "<q", number), name
 
 
-PARTS = [row.name for row, _ in LAYOUT.held if not row.length]
+PARTS = [row.name for row, _ in LAYOUT.records_within if not row.length]
 
 
 @pytest.mark.parametrize("part", PARTS)

@@ -226,7 +226,7 @@ ENCODER.fields["axis"].refers = LAYOUT
 
 PARTS = {"encoder": ENCODER, "controller": CONTROLLER, "drive": DRIVE}
 
-AXIS_PARTS = {row.name: layout for row, layout in LAYOUT.held if not row.length}
+AXIS_PARTS = {row.name: layout for row, layout in LAYOUT.records_within if not row.length}
 """Records within that of an axis, each once, by the name of their field."""
 
 for _layout, _whole in (

@@ -143,12 +143,12 @@ class Kernel:
         from achse.native.kernels.sites import Sites
         from achse.native.kernels.translate import BOUND, ENTRY, interface_of, translate
 
-        kept = self._object(checked)
-        content = kept.load()
+        cache = self._object(checked)
+        content = cache.load()
         if content is None:
             module = translate(self._entry, self.layouts, checked=checked)
             content = compile_module(module, Effort.FAST if checked else Effort.FULL)
-            kept.save(content)
+            cache.save(content)
         code = MachineCode(content, interface_of(self._entry, self.layouts, checked=checked))
         if not checked:
             plain: Callable[..., Any] = code.plain_function(ENTRY)

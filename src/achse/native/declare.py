@@ -83,7 +83,7 @@ class RecordLayout(Generic[SlotT]):
     words: int
 
     @cached_property
-    def held(self) -> "list[tuple[SlotT, RecordLayout[Any]]]":
+    def records_within(self) -> "list[tuple[SlotT, RecordLayout[Any]]]":
         """The fields that hold records, with the layouts of these."""
         return [(row, row.holds) for row in self.fields.values() if row.holds is not None]
 

@@ -43,9 +43,13 @@ def _folded(code: CodeType, scope: dict[str, object]) -> CodeType:
         if _METHOD and member & 1:
             continue
         owner = scope.get(code.co_names[name >> 1])
-        found = getattr(owner, code.co_names[member >> _METHOD], None)
-        if isinstance(owner, EnumMeta) and isinstance(found, owner) and isinstance(found, int):
-            constants.append(int(found))
+        member_value = getattr(owner, code.co_names[member >> _METHOD], None)
+        if (
+            isinstance(owner, EnumMeta)
+            and isinstance(member_value, owner)
+            and isinstance(member_value, int)
+        ):
+            constants.append(int(member_value))
             index = len(constants) - 1
             new = [_EXTENDED, index >> 8] if index > 255 else []
             new += [_CONSTANT, index & 255]

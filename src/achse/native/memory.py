@@ -158,7 +158,7 @@ class AttributeCell:
 
 
 class ComputedFields:
-    """Fields that machine code computes from a record when somebody reads them.
+    """Fields that machine code computes from a record when they are read.
 
     They are a record of `layout`, whose field `source` refers to the record they come from.
     `kernel` gets address and number of such records and computes all of them.

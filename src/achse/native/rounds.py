@@ -20,7 +20,7 @@ from achse.native.compiled import bound_call
 _NAME = "rounds"
 
 _ASSEMBLY = """
-define i64 @"rounds"(ptr %calls, i64 %all, i64 %first_asked, i64 %most) nounwind {
+define i64 @"rounds"(ptr %calls, i64 %all, i64 %first_condition, i64 %most) nounwind {
 begin:
   br label %round
 round:
@@ -34,17 +34,17 @@ call:
   %function = load ptr, ptr %place
   %second = getelementptr i64, ptr %place, i64 1
   %block = load ptr, ptr %second
-  %is_asked = icmp uge i64 %n, %first_asked
-  br i1 %is_asked, label %ask, label %step
+  %is_condition = icmp uge i64 %n, %first_condition
+  br i1 %is_condition, label %check, label %step
 step:
   call void %function(ptr %block)
   br label %called
-ask:
+check:
   %answer = call i64 %function(ptr %block)
   %either = or i64 %ended, %answer
   br label %called
 called:
-  %so_far = phi i64 [ %ended, %step ], [ %either, %ask ]
+  %so_far = phi i64 [ %ended, %step ], [ %either, %check ]
   %following = add i64 %n, 1
   %more = icmp ult i64 %following, %all
   br i1 %more, label %call, label %next
@@ -65,17 +65,17 @@ _TARGET = CallTarget(
 
 
 class Rounds:
-    """Calls of `steps`, then of `asked`, which end the rounds by a result other than 0.
+    """Calls of `steps`, then of `conditions`, which end the rounds by a result other than 0.
 
     All of them come from `Kernel.bind` with all their arguments, except that the last ones may be
     set in `BoundCall.words`. Raises ValueError for a function without machine code.
     """
 
     def __init__(
-        self, steps: Sequence[Callable[..., Any]], asked: Sequence[Callable[..., Any]]
+        self, steps: Sequence[Callable[..., Any]], conditions: Sequence[Callable[..., Any]]
     ) -> None:
         self._calls = array("q")
-        self._functions = *steps, *asked  # must stay
+        self._functions = *steps, *conditions  # must stay
         for each in self._functions:
             call = bound_call(each)
             if call is None:
@@ -94,11 +94,11 @@ class Rounds:
 @cache
 def _code() -> Callable[..., Any]:
     digest = hashlib.sha256((identity() + _ASSEMBLY).encode()).hexdigest()[:20]
-    kept = ObjectCache(_NAME, digest)
-    content = kept.load()
+    object_cache = ObjectCache(_NAME, digest)
+    content = object_cache.load()
     if content is None:
         content = compile_module(_ASSEMBLY)
-        kept.save(content)
+        object_cache.save(content)
     code: Callable[..., Any] = MachineCode(
         content, ModuleInterface({_NAME: _TARGET})
     ).plain_function(_NAME)

@@ -1,6 +1,6 @@
 """Samples of values in memory: machine code finds those that changed and encodes them.
 
-A value is in whole words; of one that does not fill its last word, a mask tells which bits count.
+A value is in whole words; of one that does not fill its last word, a mask selects the bits that count.
 """
 
 import ctypes
@@ -183,11 +183,11 @@ class _Computed:
 
 def _computed_together(readers: Iterable[Callable[[], Any]]) -> dict[ComputedFields, _Computed]:
     """Give each record whose computed fields are among `readers` one row."""
-    found: dict[ComputedFields, dict[int, RowView]] = {}
+    by_fields: dict[ComputedFields, dict[int, RowView]] = {}
     for read in readers:
         if isinstance(read, ComputedCell):
-            found.setdefault(read.fields, {})[read.record.address] = read.record
-    return {fields: _Computed(fields, records.values()) for fields, records in found.items()}
+            by_fields.setdefault(read.fields, {})[read.record.address] = read.record
+    return {fields: _Computed(fields, records.values()) for fields, records in by_fields.items()}
 
 
 def is_fixed(read: Callable[[], Any]) -> bool:

@@ -49,7 +49,7 @@ a register, `buffer` a piece of the stack.
 
 **Numbers.** Both operands have one type; `convert` cuts, extends by the old type's sign, rounds to
 zero and holds floats at the new type's ends. Whole numbers wrap around. `divide` and `remainder`
-round to zero and do not trap; a language that faults asks with `require` before. `round` before
+round to zero and do not trap; a language that faults checks with `require` before. `round` before
 `convert` for other roundings.
 
 **Faults and budgets.** A function declared with `faults` may `leave` or `require`: the fault's

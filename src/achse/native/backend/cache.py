@@ -105,7 +105,7 @@ def _make_room(folder: Path, newest: Path) -> int:
 
     Only our own kinds of files; others may remove some of them meanwhile.
     """
-    found: list[tuple[float, int, Path]] = []
+    files: list[tuple[float, int, Path]] = []
     now = newest.stat().st_mtime  # written just now
     for path in folder.iterdir():
         if path.suffix not in (_OBJECT, _TEMPORARY) or path == newest:
@@ -113,13 +113,13 @@ def _make_room(folder: Path, newest: Path) -> int:
         with suppress(OSError):
             facts = path.lstat()
             if path.suffix == _OBJECT:
-                found.append((facts.st_mtime, facts.st_size, path))
+                files.append((facts.st_mtime, facts.st_size, path))
             elif now - facts.st_mtime > _ABANDONED_S:
                 path.unlink()
-    found.sort()
-    used = newest.stat().st_size + sum(size for _, size, _ in found)
+    files.sort()
+    used = newest.stat().st_size + sum(size for _, size, _ in files)
     wanted = used if used <= _LARGEST else _LARGEST * (1 - _UNSEEN)
-    for _, size, path in found:
+    for _, size, path in files:
         if used <= wanted:
             break
         with suppress(OSError):

@@ -34,11 +34,11 @@ class MachineFault(Exception):
 BUDGET, DEPTH, FAULT, NOTES, RAISE, TRAIL, PASS = (
     f"@achse.{name}" for name in ("budget", "depth", "fault", "notes", "raise", "trail", "pass")
 )
-"""Symbols of what every module has once: two counters, the fault, the notes, who sets the fault;
-where the fault came through, and who writes that down."""
+"""Symbols of what every module has once: two counters, the fault, the notes, the function that sets the fault;
+where the fault came through, and the function that notes it."""
 
 TRAIL_LENGTH = 64
-"""Places of a trail that are kept: those next to the fault."""
+"""Places of a trail that are stored: those next to the fault."""
 
 RUNTIME = f"""\
 {BUDGET} = dso_local global i64 0

@@ -249,7 +249,7 @@ class Instructions:
         """The value as another type.
 
         Whole numbers are cut to the low bits, or filled by the sign of their old type. A float
-        loses its fraction and is held at the ends of the new type, NaN becomes 0; for a wrap
+        loses its fraction and is clamped to the range of the new type, NaN becomes 0; for a wrap
         around, convert it to I64 first. Anything but 0 is true. An address is a number of 64 bits.
         """
         old = value.type

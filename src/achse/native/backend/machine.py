@@ -88,7 +88,7 @@ def _processor() -> str:
 
 
 def compile_module(module: ModuleBuilder | str, effort: Effort = Effort.FULL) -> bytes:
-    """The object file of a module, or of its assembly; it can be kept and loaded later."""
+    """The object file of a module, or of its assembly; it can be saved and loaded later."""
     import llvmlite.binding as llvm
 
     machine = _machine(effort)
@@ -183,11 +183,13 @@ class MachineCode:
             self._depth[0] = deepest
             self._limit = StackLimit(self._words(STACK, 3))
             self._measure_frames()
-        given = dict(callbacks or {})
-        if given.keys() != interface.callbacks.keys():
-            raise TypeError(f"callbacks {list(interface.callbacks)} expected, got {list(given)}")
+        functions = dict(callbacks or {})
+        if functions.keys() != interface.callbacks.keys():
+            raise TypeError(
+                f"callbacks {list(interface.callbacks)} expected, got {list(functions)}"
+            )
         for name, signature in interface.callbacks.items():
-            self._connect(name, signature, given[name])
+            self._connect(name, signature, functions[name])
 
     @property
     def is_running(self) -> bool:

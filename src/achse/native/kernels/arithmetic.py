@@ -1,6 +1,6 @@
 """Arithmetic of Python in instructions of the back end: conversions, operators, functions.
 
-Before each operation that raises in Python, a checked translation asks whether it would; an
+Before each operation that raises in Python, a checked translation tests if it would; an
 unchecked one has some result then.
 """
 

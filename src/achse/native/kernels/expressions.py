@@ -240,10 +240,10 @@ class ExpressionCompiler(Arithmetic):
                 self.check((AttributeError, f"{node.attr} leads nowhere"), node, somewhere)
             return KernelValue(RecordReference(slot.refers), (target,))
         if slot.holds is not None:
-            held = RecordReference(slot.holds)
+            reference = RecordReference(slot.holds)
             if slot.length:
-                return KernelValue(Row(held), (address, self.code.constant(I64, slot.length)))
-            return KernelValue(held, (address,))
+                return KernelValue(Row(reference), (address, self.code.constant(I64, slot.length)))
+            return KernelValue(reference, (address,))
         kind = REAL if slot.is_real else INT
         if slot.length:
             return KernelValue(Row(kind), (address, self.code.constant(I64, slot.length)))
@@ -281,14 +281,14 @@ class ExpressionCompiler(Arithmetic):
         assert isinstance(row.kind, Row)
         code, of = self.code, row.kind.of
         address, length = row.operands
-        index = given = self.as_int(node.slice)
+        index = subscript = self.as_int(node.slice)
         if not index.is_constant or index.text.startswith("-"):
             below = code.compare(Relation.LESS, index, code.constant(I64, 0))
             index = code.select(below, code.add(index, length), index)
         if self.unit.checked:
             low = code.compare(Relation.GREATER_EQUAL, index, code.constant(I64, 0))
             high = code.compare(Relation.LESS, index, length)
-            self.check(_INDEX, node, code.bit_and(low, high), given, length)
+            self.check(_INDEX, node, code.bit_and(low, high), subscript, length)
         size = 8 * of.layout.words if isinstance(of, RecordReference) else of.machine.size
         place = code.address(address, index, size)
         return (
@@ -330,10 +330,10 @@ class ExpressionCompiler(Arithmetic):
         value, among = self.number(left), self.value(right)
         if not isinstance(among.kind, Several):
             raise self.refusal(right, f"{ast.unparse(right)} is not a tuple")
-        found = self.code.constant(BOOL.machine, False)
+        contained = self.code.constant(BOOL.machine, False)
         for member in self.parts(among):
-            found = self.code.bit_or(found, self.relation(ast.Eq(), value, member, right))
-        return found if inside else self.code.bit_not(found)
+            contained = self.code.bit_or(contained, self.relation(ast.Eq(), value, member, right))
+        return contained if inside else self.code.bit_not(contained)
 
     # -- choices -----------------------------------------------------------------------------
 
@@ -480,21 +480,21 @@ class ExpressionCompiler(Arithmetic):
     def call_kernel(self, node: ast.Call, function: FunctionType) -> KernelValue:
         """A call of another function of the kernel."""
         callee = self.unit.callee(function, self._ways_of(node, function))
-        given: dict[str, KernelValue] = {}
+        arguments: dict[str, KernelValue] = {}
         for name, argument in zip(callee.names, node.args, strict=False):
-            given[name] = self.value(argument)
+            arguments[name] = self.value(argument)
         for keyword in node.keywords:
-            if keyword.arg is None or keyword.arg in given or keyword.arg not in callee.names:
+            if keyword.arg is None or keyword.arg in arguments or keyword.arg not in callee.names:
                 raise self.refusal(node, f"argument {keyword.arg}")
-            given[keyword.arg] = self.value(keyword.value)
+            arguments[keyword.arg] = self.value(keyword.value)
         for name, default in callee.defaults.items():
-            if name not in given:
-                given[name] = self.constant(default, node)
-        if len(given) != len(callee.names) or len(node.args) > len(callee.names):
+            if name not in arguments:
+                arguments[name] = self.constant(default, node)
+        if len(arguments) != len(callee.names) or len(node.args) > len(callee.names):
             raise self.refusal(node, f"{function.__name__} takes {', '.join(callee.names)}")
         operands: list[Operand] = []
         for name, kind in zip(callee.names, callee.kinds, strict=True):
-            operands += self.convert(given[name], kind, node).operands
+            operands += self.convert(arguments[name], kind, node).operands
         return KernelValue(callee.result, self.code.call(callee.machine, *operands))
 
     def _ways_of(self, node: ast.Call, function: FunctionType) -> Ways:
@@ -504,11 +504,11 @@ class ExpressionCompiler(Arithmetic):
         ways = {}
         for name, argument in written:
             if isinstance(argument, ast.Name):
-                given: object = self.ways.get(argument.id)
+                constant: object = self.ways.get(argument.id)
             else:
-                given = argument.value if isinstance(argument, ast.Constant) else None
-            if name and isinstance(given, bool):
-                ways[name] = given
+                constant = argument.value if isinstance(argument, ast.Constant) else None
+            if name and isinstance(constant, bool):
+                ways[name] = constant
         return tuple(sorted(ways.items()))
 
     def extreme(self, node: ast.Call, op: ast.cmpop) -> KernelValue:

@@ -84,8 +84,8 @@ def joined(a: ValueKind, b: ValueKind) -> ValueKind | None:
         return a if a.order > b.order else b
     if isinstance(a, Several) and isinstance(b, Several) and len(a.kinds) == len(b.kinds):
         parts = [joined(x, y) for x, y in zip(a.kinds, b.kinds, strict=True)]
-        found = tuple(part for part in parts if part is not None)
-        return Several(found) if len(found) == len(parts) else None
+        kinds = tuple(part for part in parts if part is not None)
+        return Several(kinds) if len(kinds) == len(parts) else None
     return None
 
 

@@ -35,7 +35,7 @@ class Sites:
         return self._numbers.setdefault(site, len(self._numbers) + 1)
 
     def pack(self) -> bytes:
-        """All of them, to be kept with the machine code."""
+        """All sites, to be saved with the machine code."""
         return json.dumps([astuple(site) for site in self._numbers]).encode()
 
     def __getitem__(self, number: int) -> TrapSite:

@@ -230,8 +230,10 @@ class FunctionCompiler(ExpressionCompiler):
         code.begin(end)
 
     def give_back(self, node: ast.Return) -> None:
-        given = node.value
-        nothing = given is None or (isinstance(given, ast.Constant) and given.value is None)
-        value = KernelValue(NOTHING, ()) if given is None or nothing else self.value(given)
+        returned = node.value
+        nothing = returned is None or (
+            isinstance(returned, ast.Constant) and returned.value is None
+        )
+        value = KernelValue(NOTHING, ()) if returned is None or nothing else self.value(returned)
         value = self.convert(value, self._callee.result, node)
         self.code.return_(*value.operands)

@@ -160,7 +160,7 @@ class _Translation:
         ]
         code.return_(*code.call(entry, *arguments))
 
-    # -- what functions ask for --------------------------------------------------------------
+    # -- requests of functions ----------------------------------------------------------------
 
     def callee(self, function: FunctionType, ways: Ways = ()) -> _Function:
         """Return the target for calls of a function, which becomes part of the translation.
