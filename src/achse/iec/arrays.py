@@ -52,7 +52,7 @@ class ArrayType(IecType[list[Any]], Generic[V]):
         if element.is_bit:
             raise DeclarationError("a BIT cannot be the element of an array")
         if element.size == 0:
-            raise DeclarationError(f"{element.name} has no size: no array of it can be told apart")
+            raise DeclarationError(f"{element.name} has no size: its array would have no layout")
         for bounds in dimensions:
             if bounds.first < -(1 << 31) or bounds.last >= 1 << 31 or bounds.length < 0:
                 raise DeclarationError(f"array bounds {bounds} are none: first..last in 32 bits")

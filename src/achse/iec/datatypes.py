@@ -273,7 +273,7 @@ class DataTypeEntry:
     hash_value: int = 0
     type_hash: int = 0
     tail: bytes = b""
-    """Parts of the entry that nobody knows."""
+    """Unknown parts of the entry."""
 
     def encode(self, coding: Coding = "cp1252") -> bytes:
         """The entry of a type, padded to 8 bytes. Raises `IecValueError`."""

@@ -62,10 +62,10 @@ def iec_type(declared: Typelike | Record) -> IecType[Any]:
     """The type of a record or enumeration class, or of a record; a type is its own."""
     if isinstance(declared, IecType):
         return declared
-    found = getattr(declared, "__iec__", None)
-    if not isinstance(found, IecType):
+    type = getattr(declared, "__iec__", None)
+    if not isinstance(type, IecType):
         raise DeclarationError(f"an IEC type or a class declared as one is due, got {declared!r}")
-    return found
+    return type
 
 
 class _Declare:

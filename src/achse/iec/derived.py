@@ -101,7 +101,7 @@ class SubrangeType(AliasType[int]):
         return f"{self.name} = {self.base.name} {self.low} {self.high}"
 
     @property
-    def made_of(self) -> IecType[int]:
+    def base_type(self) -> IecType[int]:
         """Type that its entry names as its base: the nameless sub-range, or for a nameless one the
         integer type."""
         nameless = SubrangeType(self.integer, self.low, self.high)

@@ -44,22 +44,22 @@ def types_shown(roots: Iterable[IecType[Any]]) -> list[IecType[Any]]:
 
 
 def _collected(roots: Iterable[IecType[Any]], *, hidden: bool) -> list[IecType[Any]]:
-    found: dict[str, IecType[Any]] = {}
+    types: dict[str, IecType[Any]] = {}
     waiting = list(roots)
     while waiting:
         type = waiting.pop()
-        if type.name.lower() in found:
+        if type.name.lower() in types:
             continue
-        found[type.name.lower()] = type
+        types[type.name.lower()] = type
         waiting.extend(_parts(type, hidden=hidden))
-    return list(found.values())
+    return list(types.values())
 
 
 def _parts(type: IecType[Any], *, hidden: bool) -> list[IecType[Any]]:
     if isinstance(type, ArrayType):
         return [type.element]
     if isinstance(type, SubrangeType):
-        return [type.made_of]
+        return [type.base_type]
     if isinstance(type, AliasType | EnumType):
         return [type.base]
     if isinstance(type, InterfaceType):
@@ -101,7 +101,7 @@ def describe_type(type: IecType[Any]) -> DataTypeEntry:
                 EnumNote(fitting(type.comments.get(name, ""), 0xFF)) for name in type.numbers
             )
     elif isinstance(type, SubrangeType):
-        type_name = type.made_of.name
+        type_name = type.base_type.name
     elif isinstance(type, AliasType):
         type_name = type.base.name
     elif isinstance(type, StructType):

@@ -108,11 +108,11 @@ class EntryReader:
 
     def attributes(self, count: int) -> tuple[tuple[str, str], ...]:
         """`count` attributes: u8 name length, u8 value length, name NUL, value NUL."""
-        found = []
+        attributes = []
         for _ in range(count):
             name, value = self.unpack(_PAIR)
-            found.append((self.text(name), self.text(value)))
-        return tuple(found)
+            attributes.append((self.text(name), self.text(value)))
+        return tuple(attributes)
 
 
 def open_entry(body: bytes, tail: bytes = b"") -> bytes:
@@ -123,7 +123,7 @@ def open_entry(body: bytes, tail: bytes = b"") -> bytes:
 def padded_entry(body: bytes, tail: bytes = b"") -> bytes:
     """An entry with its length before it, and zeros up to a multiple of 8.
 
-    A tail nobody knows ends the entry as it came.
+    An unknown tail ends the entry as it came.
     """
     return open_entry(body, tail or bytes(-(4 + len(body)) % 8))
 

@@ -85,10 +85,10 @@ def _parse(type: IecType[Any], text: str, depth: int) -> object:
 
 def _integer(text: str) -> int | None:
     """`-5`, `1_000`, `16#FF`, `0xFF`, `INT#5`; None if it is not an integer."""
-    found = _INTEGER.fullmatch(text) if len(text) <= _LONGEST_NUMBER else None
-    if found is None:
+    match = _INTEGER.fullmatch(text) if len(text) <= _LONGEST_NUMBER else None
+    if match is None:
         return None
-    sign, base, hexadecimal, digits = found.groups()
+    sign, base, hexadecimal, digits = match.groups()
     try:
         return int(sign + digits.replace("_", ""), 16 if hexadecimal else int(base or 10))
     except ValueError:
@@ -126,48 +126,48 @@ def _duration_ns(text: str) -> int | None:
     position = 0
     text = text.lower().replace("_", "")
     while position < len(text):
-        found = _DURATION.match(text, position)
-        if found is None:
+        match = _DURATION.match(text, position)
+        if match is None:
             return None
-        whole, _, fraction = found[1].partition(".")
-        unit = _UNITS_NS[found[2]]
+        whole, _, fraction = match[1].partition(".")
+        unit = _UNITS_NS[match[2]]
         total += int(whole) * unit
         if fraction:
             part, rest = divmod(int(fraction) * unit, 10 ** len(fraction))
             if rest:
                 return None
             total += part
-        position = found.end()
+        position = match.end()
     return total if text else None
 
 
 def _date_ns(text: str) -> int | None:
-    found = _DATE.fullmatch(text)
-    if found is None:
+    match = _DATE.fullmatch(text)
+    if match is None:
         return None
     try:
-        day = date(*map(int, found.groups()))
+        day = date(*map(int, match.groups()))
     except ValueError:
         return None
     return (day - date(1970, 1, 1)).days * _DAY_S * _SECOND_NS
 
 
 def _clock_ns(text: str) -> int | None:
-    found = _CLOCK.fullmatch(text)
-    if found is None:
+    match = _CLOCK.fullmatch(text)
+    if match is None:
         return None
-    hours, minutes, seconds = (int(part or 0) for part in found.groups()[:3])
+    hours, minutes, seconds = (int(part or 0) for part in match.groups()[:3])
     if hours > 23 or minutes > 59 or seconds > 59:
         return None
     whole = (hours * 60 + minutes) * 60 + seconds
-    return whole * _SECOND_NS + int((found[4] or "").ljust(9, "0"))
+    return whole * _SECOND_NS + int((match[4] or "").ljust(9, "0"))
 
 
 def _moment_ns(text: str) -> int | None:
-    found = _MOMENT.fullmatch(text)
-    if found is None:
+    match = _MOMENT.fullmatch(text)
+    if match is None:
         return None
-    day, clock = _date_ns(found[1]), _clock_ns(found[2])
+    day, clock = _date_ns(match[1]), _clock_ns(match[2])
     return None if day is None or clock is None else day + clock
 
 
@@ -202,8 +202,8 @@ def _string(type: StringType, text: str) -> str:
         return text
     wide = type.unit == 2
 
-    def character(found: re.Match[str]) -> str:
-        code = found[1]
+    def character(match: re.Match[str]) -> str:
+        code = match[1]
         if len(code) > 1:
             if wide or type.coding == "utf-8":
                 return chr(int(code, 16))
@@ -294,8 +294,8 @@ def format_value(type: IecType[Any], value: Any) -> str:
     if isinstance(real, BoolType):
         return "TRUE" if real.decode(data) else "FALSE"
     if isinstance(real, EnumType):
-        found = real.decode(data)
-        return found.name if isinstance(found, real.members) else str(found)
+        decoded = real.decode(data)
+        return decoded.name if isinstance(decoded, real.members) else str(decoded)
     if isinstance(real, TimeType):
         return _format_time(real, int.from_bytes(data, "little"))
     if isinstance(real, RealType):

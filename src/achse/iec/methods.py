@@ -72,15 +72,15 @@ class Method:
 
     def encode_inputs(self, values: Mapping[str, object]) -> bytes:
         """The data of a call. Raises `IecValueError` if an input is missing or unknown."""
-        given = {name.lower(): value for name, value in values.items()}
+        remaining = {name.lower(): value for name, value in values.items()}
         parts = []
         for item in self.inputs:
-            if item.name.lower() not in given:
+            if item.name.lower() not in remaining:
                 raise IecValueError(self.name, f"the input {item.name}", dict(values))
-            parts.append(item.type.encode(given.pop(item.name.lower())))
-        if given:
+            parts.append(item.type.encode(remaining.pop(item.name.lower())))
+        if remaining:
             names = ", ".join(item.name for item in self.inputs) or "no inputs"
-            raise IecValueError(self.name, names, next(iter(given)))
+            raise IecValueError(self.name, names, next(iter(remaining)))
         return b"".join(parts)
 
     def decode_inputs(self, data: bytes) -> tuple[Any, ...]:

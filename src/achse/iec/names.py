@@ -64,7 +64,7 @@ def parse_type(text: str, find: Find = lambda name: None, *, pointer_size: int =
 def name_within(text: str) -> str | None:
     """The name in a type text that has to be explained elsewhere: the ST_X of ARRAY [0..1] OF ST_X.
 
-    None if the text says it all, as `STRING(8)` does; what a pointer points at is not asked for.
+    None if the text says it all, as `STRING(8)` does; the target of a pointer is not resolved.
     """
     text = text.strip()
     while match := _ARRAY.match(text):
@@ -78,11 +78,11 @@ def name_within(text: str) -> str | None:
 def _parse(text: str, find: Find, pointer_size: int, depth: int) -> IecType[Any]:
     if depth > _DEEPEST:
         raise DeclarationError(f"a type name nests deeper than {_DEEPEST}: {text[:60]!r}…")
-    found = elementary(pointer_size).get(text.lower())
-    if found is None:
-        found = find(text)
-    if found is not None:
-        return found
+    type = elementary(pointer_size).get(text.lower())
+    if type is None:
+        type = find(text)
+    if type is not None:
+        return type
     if match := _STRING.fullmatch(text):
         return (WSTRING if match[1] else STRING)(int(match[2]))
     if match := _ARRAY.match(text):

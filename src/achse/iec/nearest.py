@@ -1,4 +1,4 @@
-"""Names that somebody may have meant who wrote another: `did you mean 'MAIN.nCounter'?`."""
+"""Names that may have been meant by a misspelt one: `did you mean 'MAIN.nCounter'?`."""
 
 from collections.abc import Iterable
 from difflib import get_close_matches
@@ -50,17 +50,17 @@ def closest(name: str, known: Iterable[str], likeness: float) -> str | None:
             same = min(length - (letters & ~own).bit_count(), size - (own & ~letters).bit_count())
             if 2 * same >= least * (length + size):
                 keys.append(key)
-    found = get_close_matches(name, keys, 1, likeness) if keys else []
-    return found[0] if found else None
+    matches = get_close_matches(name, keys, 1, likeness) if keys else []
+    return matches[0] if matches else None
 
 
 @lru_cache(1 << 16)
 def _letters(name: str) -> int:
     """The letters of a name, a bit for each of 64 groups of them."""
-    found = 0
+    letters = 0
     for letter in name:
-        found |= 1 << (ord(letter) & 63)
-    return found
+        letters |= 1 << (ord(letter) & 63)
+    return letters
 
 
 def did_you_mean(name: str, known: Iterable[str]) -> str:

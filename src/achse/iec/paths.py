@@ -139,9 +139,9 @@ def _step(text: str, position: int) -> tuple[Step, int]:
         return _index(text, position)
     if sign not in ".#":
         raise _fault(text, position - 1, "'.', '[', '^' or '#'")
-    found = _NAME.match(text, position)
-    if found is not None:
-        return (PathMember if sign == "." else PathMethod)(found[0]), found.end()
+    match = _NAME.match(text, position)
+    if match is not None:
+        return (PathMember if sign == "." else PathMethod)(match[0]), match.end()
     number = _NUMBER.match(text, position) if sign == "." else None
     if number is None:
         raise _fault(text, position, "a name")
@@ -153,15 +153,15 @@ def _step(text: str, position: int) -> tuple[Step, int]:
 def _index(text: str, position: int) -> tuple[Step, int]:
     indices = []
     while True:
-        found = _INDEX.match(text, position)
-        if found is None:
+        match = _INDEX.match(text, position)
+        if match is None:
             raise _fault(text, position, "an index")
-        if len(found[2]) > _LONGEST_INDEX:
+        if len(match[2]) > _LONGEST_INDEX:
             raise IecIndexError(
-                f"index {found[0].strip()[:40]} of {text[:60]!r} is outside any array"
+                f"index {match[0].strip()[:40]} of {text[:60]!r} is outside any array"
             )
-        indices.append(int(found[1] + found[2]))
-        position = found.end()
+        indices.append(int(match[1] + match[2]))
+        position = match.end()
         sign = text[position : position + 1]
         if sign == "]":
             return PathIndex(tuple(indices)), position + 1
@@ -234,8 +234,8 @@ def _next(location: ResolvedPath, step: Step) -> ResolvedPath:
     if isinstance(step, PathMember):
         if not isinstance(type, StructType):
             raise IecPathError(f"{location.type.name} has no member {step.name[:80]!r}")
-        if (found := type.property_named(step.name)) is not None:
-            return location._replace(type=found.type, property=found)
+        if (declared := type.property_named(step.name)) is not None:
+            return location._replace(type=declared.type, property=declared)
         member = type.member(step.name)
         if member.hidden:
             raise IecPathError(f"{type.name} shows no member {step.name[:80]!r}")
@@ -288,8 +288,10 @@ def dereferenced(location: ResolvedPath) -> ResolvedPath:
 def _inherited(location: ResolvedPath) -> ResolvedPath:
     """Return the location without comment and attributes, except the encoding, for a part or
     target."""
-    kept = {key: text for key, text in location.attributes.items() if key.lower() == "tcencoding"}
-    return location._replace(comment="", attributes=kept or no_attributes)
+    attributes = {
+        key: text for key, text in location.attributes.items() if key.lower() == "tcencoding"
+    }
+    return location._replace(comment="", attributes=attributes or no_attributes)
 
 
 def _element(location: ResolvedPath, type: IecType[Any], indices: tuple[int, ...]) -> ResolvedPath:
@@ -299,5 +301,5 @@ def _element(location: ResolvedPath, type: IecType[Any], indices: tuple[int, ...
     here, beyond = indices[: len(type.dimensions)], indices[len(type.dimensions) :]
     offset = location.offset + type.position(here)
     part = type.element if len(here) == len(type.dimensions) else type.row(len(here))
-    found = _inherited(location)._replace(type=part, offset=offset)
-    return _next(found, PathIndex(beyond)) if beyond else found
+    element = _inherited(location)._replace(type=part, offset=offset)
+    return _next(element, PathIndex(beyond)) if beyond else element

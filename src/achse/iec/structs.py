@@ -197,10 +197,10 @@ class StructType(IecType[R], Generic[R]):
 
     def member(self, name: str) -> Variable[Any, Any]:
         """The member of that name, without case. Raises `IecPathError`."""
-        found = self._by_name.get(name.lower())
-        if found is None:
+        variable = self._by_name.get(name.lower())
+        if variable is None:
             raise IecPathError(f"{self.name} has no member {name[:80]!r}")
-        return found
+        return variable
 
     def has_member(self, name: str) -> bool:
         """Return True if a member has this name, without case."""
@@ -213,10 +213,10 @@ class StructType(IecType[R], Generic[R]):
 
     def method(self, name: str) -> Method:
         """The method of that name, without case; the most derived one. Raises `IecPathError`."""
-        found = self._methods.get(name.lower())
-        if found is None:
+        method = self._methods.get(name.lower())
+        if method is None:
             raise IecPathError(f"{self.name} has no method {name[:80]!r}")
-        return found
+        return method
 
     @property
     def properties(self) -> tuple[Property, ...]:

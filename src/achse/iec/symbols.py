@@ -70,7 +70,7 @@ class SymbolEntry:
     attributes: tuple[tuple[str, str], ...] = ()
     flags2: int = 0
     tail: bytes = b""
-    """Parts of the entry that nobody knows."""
+    """Unknown parts of the entry."""
 
     @classmethod
     def of(
@@ -275,7 +275,7 @@ class UploadInfo:
     flags: int = UploadFlag.PLATFORM_64_BIT | UploadFlag.BASE_TYPES
 
     def encode(self) -> bytes:
-        """64 bytes; answer as many as were asked for."""
+        """64 bytes; answer as many as were requested."""
         return _INFO.pack(
             self.symbol_count,
             self.symbol_bytes,

@@ -1,4 +1,4 @@
-"""Types that PLC programs name without any library: what the system tells of tasks and itself.
+"""Types that PLC programs name without any library: what the system shows of tasks and itself.
 
 Source: symbol files of TwinCAT 3 projects.
 """

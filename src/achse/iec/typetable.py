@@ -1,4 +1,4 @@
-"""Types of a target, built from its uploaded type entries when they are asked for.
+"""Types of a target, built from its uploaded type entries at their first use.
 
 Source: recorded traffic of TwinCAT 3.1 targets and the code of public clients; no manual prints it.
 """
@@ -47,7 +47,7 @@ class TypeTable:
     """The types of a target by name, without case.
 
     Offsets and sizes are those of the table, whatever the layout rules here would say. Entries
-    that contradict themselves raise `IecDecodeError` when their type is asked for.
+    that contradict themselves raise `IecDecodeError` at the first use of their type.
     """
 
     def __init__(self, entries: Iterable[DataTypeEntry] = (), *, pointer_size: int = 8) -> None:
@@ -95,22 +95,22 @@ class TypeTable:
         attributes: Iterable[tuple[str, str]],
     ) -> IecType[Any]:
         try:
-            found = self.type(name)
+            type = self.type(name)
         except DeclarationError:
-            found = None
-        if found is None or found.size != size:
-            found = _by_adst(name, size, adst)
+            type = None
+        if type is None or type.size != size:
+            type = _by_adst(name, size, adst)
         if is_bit and size == 1:
-            found = ELEMENTARY["bit"]
+            type = ELEMENTARY["bit"]
         if ("tcencoding", "utf-8") in {(key.lower(), value.lower()) for key, value in attributes}:
-            found = with_coding(found, "utf-8")
-        return found
+            type = with_coding(type, "utf-8")
+        return type
 
     def _find(self, name: str) -> IecType[Any] | None:
         key = name.lower()
-        found = self._types.get(key)
-        if found is not None:
-            return found
+        type = self._types.get(key)
+        if type is not None:
+            return type
         entry = self._entries.get(key)
         if entry is None or key == entry.type_name.lower():
             return None
@@ -118,14 +118,14 @@ class TypeTable:
             raise IecDecodeError(f"type {name[:80]!r} contains itself or nests too deep")
         self._building.append(key)
         try:
-            found = self._build(entry)
+            type = self._build(entry)
         except DeclarationError as error:
             raise IecDecodeError(f"type entry {name[:80]!r}: {error}") from None
         finally:
             self._building.pop()
-        if found is not None:
-            self._types[key] = found
-        return found
+        if type is not None:
+            self._types[key] = type
+        return type
 
     def _build(self, entry: DataTypeEntry) -> IecType[Any] | None:
         if entry.members:
@@ -174,12 +174,12 @@ class TypeTable:
         return AliasType(entry.name, array, guid=entry.guid, comment=entry.comment)
 
     def _unsized(self, entry: DataTypeEntry) -> IecType[Any]:
-        """Return the element type of an array without elements, which does not tell its size."""
+        """Return the element type of an array without elements, which does not contain its size."""
         try:
-            found = self.type(entry.type_name)
+            type = self.type(entry.type_name)
         except DeclarationError:
-            found = None
-        return found if found is not None and found.size else _by_adst(entry.type_name, 1, 0)
+            type = None
+        return type if type is not None and type.size else _by_adst(entry.type_name, 1, 0)
 
     def _enum(self, entry: DataTypeEntry) -> IecType[Any]:
         base = self._sized(entry.type_name, entry.size, entry.adst, False, ())
@@ -270,9 +270,9 @@ class TypeTable:
 
 
 def _by_adst(name: str, size: int, adst: int) -> IecType[Any]:
-    found = _BY_ADST.get(adst)
-    if found is not None and found.size == size:
-        return found
+    type = _BY_ADST.get(adst)
+    if type is not None and type.size == size:
+        return type
     if adst == Adst.STRING and size > 1:
         return STRING(size - 1)
     if adst == Adst.WSTRING and size > 2 and size % 2 == 0:

@@ -55,10 +55,10 @@ class Address(NamedTuple):
     @classmethod
     def parse(cls, text: str) -> Self:
         """Read `%` area [width] byte [`.` bit], or `%` area `*`. Raises `DeclarationError`."""
-        found = _ADDRESS.fullmatch(text.strip())
-        if found is None:
+        match = _ADDRESS.fullmatch(text.strip())
+        if match is None:
             raise DeclarationError(f"an address is like %MD4, %IX0.3 or %Q*, got {text[:40]!r}")
-        area, width, byte, bit = found.groups()
+        area, width, byte, bit = match.groups()
         if byte is None:
             return cls(area.upper())
         width = width.upper()
