@@ -42,10 +42,10 @@ def files_read() -> Iterator[set[Path]]:
     if not _hooked:
         sys.addaudithook(_on_open)
         _hooked = True
-    found: set[Path] = set()
-    _watched.append(found)
+    files: set[Path] = set()
+    _watched.append(files)
     try:
-        yield found
+        yield files
     finally:
         _watched.pop()
 
@@ -56,21 +56,21 @@ def packed_files(station_file: Path, read: set[Path], include: list[Path]) -> Pa
     Files of Python, of achse and of caches stay out.
     """
     base = station_file.resolve().parent
-    found = {station_file.resolve()}
+    sources = {station_file.resolve()}
     for path in read:
         source = _source_of(path)
         if source.suffix != ".pyc" and source.is_file() and _belongs(source.resolve(), base):
-            found.add(source.resolve())
+            sources.add(source.resolve())
     for path in include:
         if not path.exists():
             raise ExportError(f"--include: expected a file or folder, got {str(path)!r}")
         inner = path.rglob("*") if path.is_dir() else [path]
-        found |= {each.resolve() for each in inner if each.is_file()}
-    size = sum(each.stat().st_size for each in found)
+        sources |= {each.resolve() for each in inner if each.is_file()}
+    size = sum(each.stat().st_size for each in sources)
     if size > _MOST_BYTES:
         raise ExportError(f"files: expected at most {_MOST_BYTES} bytes, got {size}")
-    root = Path(commonpath([base, *(each.parent for each in found)]))
-    files = {_below(root, each): each for each in sorted(found)}
+    root = Path(commonpath([base, *(each.parent for each in sources)]))
+    files = {_below(root, each): each for each in sorted(sources)}
     return Packed(files, _below(root, station_file.resolve()))
 
 

@@ -229,13 +229,13 @@ def chosen_variables(
             table.choose(pattern, causality)
     settable = [each for each in table.variables.values() if each.is_settable]
     others = [each for each in table.variables.values() if not each.is_settable]
-    found = [TIME, *settable, *others, DIGEST]
-    if len(found) > _MOST_VARIABLES or sum(each.size for each in found) > _MOST_VALUES:
+    variables = [TIME, *settable, *others, DIGEST]
+    if len(variables) > _MOST_VARIABLES or sum(each.size for each in variables) > _MOST_VALUES:
         raise ExportError(
             f"variables: expected at most {_MOST_VARIABLES} with {_MOST_VALUES} bytes,"
-            f" got {len(found)} with {sum(each.size for each in found)}"
+            f" got {len(variables)} with {sum(each.size for each in variables)}"
         )
-    return found
+    return variables
 
 
 class _Table:
@@ -295,21 +295,21 @@ class _Table:
     def choose(self, pattern: str, causality: Any) -> None:
         """Symbols that a name or a pattern with `*` means. Raises ExportError."""
         ports, name = self._ports_of(pattern)
-        found = [
+        symbols = [
             f"{port}:{each}"
             for port in ports
             for each in self._names(port)
             if fnmatchcase(each.lower(), name.lower().replace("[", "[[]"))
         ]
-        if not found and "*" not in name:
-            found = self._parts(ports, name)
-        if not found:
+        if not symbols and "*" not in name:
+            symbols = self._parts(ports, name)
+        if not symbols:
             known = [each for port in ports for each in self._names(port)]
             raise ExportError(
                 f"{pattern}: expected a symbol of the station{did_you_mean(name, known)}"
             )
-        for symbol in found:
-            self._add(symbol, causality, asked="*" not in name)
+        for symbol in symbols:
+            self._add(symbol, causality, explicit="*" not in name)
 
     def _parts(self, ports: Iterable[int], name: str) -> list[str]:
         """Values within the symbol of that name; an element of an array, for example."""
@@ -330,8 +330,8 @@ class _Table:
         if not colon:
             return every, pattern
         if not head.isdecimal() or int(head) not in every:
-            told = ", ".join(map(str, every))
-            raise ExportError(f"{pattern}: expected one of the ports {told}, got {head}")
+            expected = ", ".join(map(str, every))
+            raise ExportError(f"{pattern}: expected one of the ports {expected}, got {head}")
         return [int(head)], rest
 
     def _names(self, port: int) -> list[str]:
@@ -345,19 +345,19 @@ class _Table:
             for leaf in _leaves(placed.name, placed.variable.type, self._scalars)
         ]
 
-    def _add(self, symbol: str, causality: Causality, asked: bool = False) -> None:
+    def _add(self, symbol: str, causality: Causality, explicit: bool = False) -> None:
         present = self.variables.get(symbol.lower())
-        if present is not None and not asked:
+        if present is not None and not explicit:
             return
-        found: Any = find_symbol(self._station, symbol)
-        if causality in ("input", "parameter") and found.read_only:
+        target: Any = find_symbol(self._station, symbol)
+        if causality in ("input", "parameter") and target.read_only:
             raise ExportError(f"{symbol}: expected a variable that can be written for {causality}")
-        type = resolved(found.type)
+        type = resolved(target.type)
         element = type.element if isinstance(type, ArrayType) else type
         kind = value_type(element)
         assert kind is not None
         dimensions = tuple(type.counts) if isinstance(type, ArrayType) else ()
-        size = found.size if kind is not ValueType.STRING else 2 * type.size  # UTF-8 of cp1252
+        size = target.size if kind is not ValueType.STRING else 2 * type.size  # UTF-8 of cp1252
         unit = self._units.get(symbol.lower(), _UNIT_OF_TIME.get(resolved(element).name, ""))
         port, _, path = symbol.partition(":")
         several = len(self._plcs) > 1 and int(port) in self._plcs
@@ -369,7 +369,7 @@ class _Table:
             size,
             dimensions,
             unit,
-            getattr(found, "comment", ""),
+            getattr(target, "comment", ""),
         )
 
     def _written_bytes(self, port: int) -> set[int]:
