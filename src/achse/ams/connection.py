@@ -34,12 +34,12 @@ class Connection:
 
     @property
     def pending(self) -> int:
-        """Bytes held that do not make a packet yet."""
+        """Buffered bytes that do not make a packet yet."""
         return len(self._pending)
 
     @property
     def missing(self) -> int:
-        """Bytes without which nothing more can be said of what is held."""
+        """Bytes still missing for the next step of the buffered ones."""
         return self._needed - len(self._pending)
 
     def receive(self, data: bytes) -> Iterator[Event]:
@@ -97,7 +97,7 @@ class Connection:
             self._pending += data[position:]
 
     def drop(self) -> None:
-        """Forget the bytes held: nothing more is received."""
+        """Drop the buffered bytes: nothing more is received."""
         self._pending = bytearray()
 
     def _check_service(self, command: int, length: int) -> None:

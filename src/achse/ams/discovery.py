@@ -134,7 +134,7 @@ def _as_text(text: str) -> bytes:
 
 
 def info_request(source: NetId) -> DiscoveryPacket:
-    """The search: anyone who hears it tells about itself."""
+    """The search: each router that hears it answers with its identity."""
     return DiscoveryPacket(DiscoveryService.INFO, AmsAddress.of(source, SYSTEM_PORT))
 
 
@@ -211,7 +211,7 @@ class RouterInfo(NamedTuple):
 
 
 class RouteRequest(NamedTuple):
-    """A route that somebody wants in our table: `net_id` is reached at `host`.
+    """A route that a router requests in our table: `net_id` is reached at `host`.
 
     `net_id` None and empty texts are what the datagram did not say.
     """

@@ -58,7 +58,7 @@ class Flags(IntFlag):
 
 
 class Endpoint(Protocol):
-    """Anyone who takes frames: a device, a client, a connection to a peer."""
+    """A receiver of frames: a device, a client, a connection to a peer."""
 
     def deliver(self, frame: "Frame") -> bool:
         """Take `frame`; False if this endpoint is closed and the frame is lost."""
@@ -73,7 +73,7 @@ class Frame:
 
     Two marks never travel: `origin` is where a received frame came in, `via` where a frame has to
     go out whatever its target says. Clients that share one AMS address (two processes behind one
-    host do) are told apart by them.
+    host do) are distinguished by them.
     """
 
     __slots__ = (

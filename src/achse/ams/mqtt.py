@@ -27,7 +27,7 @@ class RouterNote:
     name: str = ""
     os_version: str = "10.0.14393"
     os_platform: int = 2
-    """As a search tells it: 2 NT, 3 CE, 0 BSD, 1 RTOS."""
+    """As a search answers it: 2 NT, 3 CE, 0 BSD, 1 RTOS."""
     tc_version: str = "3.1.4024.10"
 
     def encode(self) -> bytes:

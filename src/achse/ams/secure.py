@@ -150,8 +150,8 @@ class ConnectBlock:
 class SecureFrames:
     """AMS frames as they come by Secure ADS; `receive` gives them with their TCP header.
 
-    However the stream is cut, the same bytes come out. Of a frame no more is kept than its AMS
-    header: the rest goes on as it comes, to the one who counts what is unfinished. Bytes that
+    However the stream is cut, the same bytes come out. Of a frame no more is buffered than its AMS
+    header: the rest goes on as it comes, to the reader that counts what is unfinished. Bytes that
     announce more than `max_length` raise DecodeError.
     """
 

@@ -2,7 +2,7 @@
 
 A frame carries one whole AMS packet of at most 255 bytes. The sender waits until a frame is
 acknowledged and repeats it if it is not; the receiver takes each frame once. Times are seconds on
-any clock that goes forward; the one who has the line calls `due` when `deadline` has come.
+any clock that goes forward; the owner of the line calls `due` when `deadline` has come.
 
 Source: 000 §4; the facts that it leaves open are the named numbers here.
 """
@@ -100,7 +100,7 @@ class SerialEnd:
     """One end of a line; both ends are alike.
 
     `send` queues packets, `take` gives the bytes that are to go out now, `receive` the packets that
-    came. `given_up` has those that nobody acknowledged: they may have arrived all the same.
+    came. `given_up` has the unacknowledged ones: they may have arrived all the same.
     A new end begins with a reset, so that the other one takes its first number, which is drawn by
     chance: the first frame of a program that is started again is not taken for the last one's.
     """
@@ -111,7 +111,7 @@ class SerialEnd:
         self.baud = baud
         self.address = address
         self.given_up: deque[bytes] = deque()
-        """Packets sent in vain, oldest first; to be taken out by the one who reads them."""
+        """Packets sent in vain, oldest first; the reader takes them out."""
         self.sent_packets = self.received_packets = self.repeated_frames = self.spoiled_frames = 0
         """Packets acknowledged and passed on, frames sent again, frames and bytes of no use."""
         self.resets = 0

@@ -58,7 +58,7 @@ class CamController:
     """A controller of up to 128 cams; `cycle` does what is due every `cycle_ns`.
 
     `compiled`: machine code, which needs llvmlite; what it does is the same. `and_mask_linked`:
-    whether an AND mask of 0 in the process image counts, or means that nobody sets it.
+    whether an AND mask of 0 in the process image counts, or means that no program sets it.
     """
 
     def __init__(

@@ -8,7 +8,7 @@ LONGEST_WINDOW = 64
 
 
 class CamControllerFields:
-    """A controller with its encoder. Angles are in 0.1 degree, times in ns unless told."""
+    """A controller with its encoder. Angles are in 0.1 degree, times in ns by default."""
 
     # parameters, as the rows have them
     active: int = 1

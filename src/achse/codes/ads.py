@@ -184,7 +184,7 @@ class ReturnCode(Enum):
     NOT_INITIALIZED = (0x718, "ADSERR_DEVICE_NOTINIT", "Device not initialised.")
     DEVICE_TIMEOUT = (0x719, "ADSERR_DEVICE_TIMEOUT", "Device timed out.")
     NO_INTERFACE = (0x71A, "ADSERR_DEVICE_NOINTERFACE", "Interface query failed.")
-    INVALID_INTERFACE = (0x71B, "ADSERR_DEVICE_INVALIDINTERFACE", "Wrong interface asked for.")
+    INVALID_INTERFACE = (0x71B, "ADSERR_DEVICE_INVALIDINTERFACE", "Wrong interface requested.")
     INVALID_CLASS_ID = (0x71C, "ADSERR_DEVICE_INVALIDCLSID", "Class id not valid.")
     INVALID_OBJECT_ID = (0x71D, "ADSERR_DEVICE_INVALIDOBJID", "Object id not valid.")
     PENDING = (0x71E, "ADSERR_DEVICE_PENDING", "Request still pending.")

@@ -2,7 +2,7 @@
 
 Layouts are written as in the manuals: `REAL64`, `STRING[31]`, `VOID`, `UINT32[n]`, and structures
 as `{start_type:UINT32; 4 unused; velocity:REAL64}`. `3 REAL64` are three of a kind, `REAL64[64]` is
-an array. Several layouts of one value are joined by ` or `; the length of the data tells which is
+an array. Several layouts of one value are joined by ` or `; the length of the data selects which is
 meant, and the last is that of TwinCAT 3. TwinCAT 2 packs structures where TwinCAT 3 aligns fields
 to their size: named fields written without gaps are served in both forms. Source: 000, 002 §6.4.
 """

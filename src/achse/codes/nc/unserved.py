@@ -5,7 +5,7 @@ the same offset.
 """
 
 OF_AXES = {
-    "a longer form of the row at the same offset: told by length": (
+    "a longer form of the row at the same offset: selected by length": (
         (0x4000, 0x31, "R", "hardware_ams_address_extended"),
         (0x4100, 0x60, "RW", "setpoint_structure_extended"),
         (0x4100, 0x61, "RW", "dynamic_setpoint_structure_extended"),
@@ -56,7 +56,7 @@ OF_AXES = {
         (0x6100, 0xA04, "R", "mw_i_limit_active"),
         (0x6100, 0xA05, "R", "mw_d_limit_active"),
     ),
-    "shares its offset with `velocity_part_…`; the controller type tells which answers": (
+    "shares its offset with `velocity_part_…`; the controller type selects which answers": (
         (0x4100, 0x20201, "R", "controller_velocity_p_part"),
         (0x4100, 0x20202, "R", "controller_velocity_i_part"),
         (0x4100, 0x20203, "R", "controller_velocity_d_part"),
@@ -75,7 +75,7 @@ OF_AXES = {
         (0x4300, 0xC3, "R", "reserved_c3"),
         (0x4300, 0xC4, "R", "reserved_c4"),
     ),
-    "another form of the row at the same offset: told by length": (
+    "another form of the row at the same offset: selected by length": (
         (0x4200, 0x40, "W", "couple_multi_master"),
         (0x4200, 0x41, "W", "decouple_with_follow_up"),
         (0x4200, 0x43, "W", "change_table_coupling_at_position"),

@@ -8,7 +8,7 @@ class CyclicInput(Inputs):
 
     control_dword: int = whole(0, "bits", "bit 0 enable, 1 feed enable plus, 2 minus, 5 homing cam")
     velocity_override: int = whole(0, "1e-6", "velocity override, 1000000 = 100 %")
-    operation_mode: int = whole(0, "1", "operation mode asked for")
+    operation_mode: int = whole(0, "1", "requested operation mode")
     operation_mode_dword: int = whole(0, "1", "further data of the operation mode")
     operation_mode_value: float = real(
         0.0, "1", "further data of the operation mode; gear ratio of slave type 15"

@@ -95,7 +95,7 @@ TEXTS = {
     ),
     "COMPENSATION_STOPPING": "Compensation already stopping.",
     "SLAVE_TABLE_IN_USE": "Slave table in use.",
-    "COUPLING_DURING_JOB": "Coupling asked while master or slave runs a job.",
+    "COUPLING_DURING_JOB": "Coupling requested while master or slave runs a job.",
     "SLAVE_COUPLING_PARAMETER": "Slave coupling parameter wrong, for example 0.",
     "SLAVE_TYPE": "Slave type wrong.",
     "AXIS_STOP_ALREADY_ACTIVE": "Axis stop already active.",

@@ -24,7 +24,7 @@ AXIS_CYCLIC = (
             0, 0xF_4240, symbol="OverrideV",
         ),
         NcRow(
-            0x22, "operation_mode", RW, "UINT32", "1", "operation mode asked for", 0, 0xFFFF_FFFF,
+            0x22, "operation_mode", RW, "UINT32", "1", "requested operation mode", 0, 0xFFFF_FFFF,
         ),
         NcRow(
             0x25, "actual_position_correction", RW, "REAL64", "mm",

@@ -206,7 +206,7 @@ CONTROLLER_STATES = (
     NcRow(0x105, "position_d_limit_active", READ, "UINT16", "1", "its D-part is at its limit"),
     NcRow(
         0x106, "position_arw_active", READ, "UINT16", "1",
-        "its I-part is held, the output is limited",
+        "its I-part is frozen, the output is limited",
     ),
     NcRow(0x10F, "auto_offset_part", READ, "REAL64", "mm/s", "calibrated offset"),
     NcRow(
@@ -229,7 +229,7 @@ CONTROLLER_STATES = (
     NcRow(0x205, "velocity_d_limit_active", READ, "UINT16", "1", "its D-part is at its limit"),
     NcRow(
         0x206, "velocity_arw_active", READ, "UINT16", "1",
-        "its I-part is held, the output is limited",
+        "its I-part is frozen, the output is limited",
     ),
     NcRow(
         0x20A, "velocity_controller_input", READ, "REAL64", "mm/s",
