@@ -88,21 +88,21 @@ class DebugService:
             do = self._does.get(str(fields.get("do")))
             if do is None:
                 raise DebugError(f"do: one of {', '.join(self._does)}; got {fields.get('do')!r}")
-            found = do(port, plc, fields)
+            result = do(port, plc, fields)
         except (DebugError, EvaluationError, NotThere) as refusal:
             return _json({"error": str(refusal)})
         except (ValueError, RecursionError) as failure:
             return _json({"error": f"no JSON: {failure}"})
-        return _json(found)
+        return _json(result)
 
     # what can be done ------------------------------------------------------------------------
 
     def _debugger(self, port: int, plc: PlcRuntime) -> Debugger:
         was_there = plc.debugger is not None
-        found = plc.debug()
+        debugger = plc.debug()
         if not was_there:
-            found.own_paths = frozenset(self._station.source_files(port))
-        return found
+            debugger.own_paths = frozenset(self._station.source_files(port))
+        return debugger
 
     def _break(self, port: int, plc: PlcRuntime, fields: Fields) -> Any:
         return _facts(
@@ -227,10 +227,10 @@ class DebugService:
     def _evaluate(self, port: int, plc: PlcRuntime, fields: Fields) -> Any:
         debugger = self._debugger(port, plc)
         text = _text(fields, "expression")
-        found = evaluate(text, debugger.names, debugger.view(_number(fields, "call", 0)))
-        if isinstance(found, DebugSpot):
-            return {**_variable(found, text), "name": text}
-        return {"name": text, "type": "", "value": text_of(found), "path": "", "parts": False}
+        result = evaluate(text, debugger.names, debugger.view(_number(fields, "call", 0)))
+        if isinstance(result, DebugSpot):
+            return {**_variable(result, text), "name": text}
+        return {"name": text, "type": "", "value": text_of(result), "path": "", "parts": False}
 
     def _set(self, port: int, plc: PlcRuntime, fields: Fields) -> Any:
         debugger = self._debugger(port, plc)

@@ -20,14 +20,14 @@ def debug_group(station: "DebuggedStation", attached: "Attached") -> RawGroup:
 
     `attached` is told of a client that wants debugging to end with its connection.
     """
-    made: list[DebugService] = []
+    services: list[DebugService] = []
 
     def service() -> "DebugService":
-        if not made:
+        if not services:
             from achse.devices.debug_service import DebugService
 
-            made.append(DebugService(station, attached))
-        return made[0]
+            services.append(DebugService(station, attached))
+        return services[0]
 
     return RawGroup(
         DEBUG,

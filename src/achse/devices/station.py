@@ -136,10 +136,10 @@ class StationService(Device):
         if not bus:
             return self._station.faults
         lists = self._station.drive_faults
-        found = lists[bus - 1] if bus <= len(lists) else None
-        if found is None:
+        faults = lists[bus - 1] if bus <= len(lists) else None
+        if faults is None:
             raise DeviceError(ReturnCode.INVALID_OFFSET, f"bus {bus} has no drives in this process")
-        return found
+        return faults
 
     # declarations ----------------------------------------------------------------------------
 

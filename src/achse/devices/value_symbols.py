@@ -91,8 +91,8 @@ class ValueSymbols(ABC):
         return self._type_table
 
     def type_entry(self, name: str) -> bytes | None:
-        found = self._types.get(fold(name.strip()))
-        return None if found is None else describe_type(found).encode()
+        type = self._types.get(fold(name.strip()))
+        return None if type is None else describe_type(type).encode()
 
     @cached_property
     def _symbols(self) -> dict[str, ValueSymbol]:

@@ -113,16 +113,16 @@ class _AttachedBus:
         before = self._slaves
         slaves = self.bus.master.slaves
         self._route_slaves()
-        kept = {
+        previous = {
             each.station: before[each.station]
             for each in slaves
             if each.station in before and before[each.station].name == each.name
         }
         for station, device in before.items():
-            if station not in kept:
+            if station not in previous:
                 device.detach()
         self._slaves = {
-            each.station: kept.get(each.station)
+            each.station: previous.get(each.station)
             or self._attached(BusSlaveDevice(self.bus, each, clock=self._clock), each.station)
             for each in slaves
         }

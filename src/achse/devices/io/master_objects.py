@@ -81,13 +81,13 @@ class MasterObjects:
     def _entries(self, index: int) -> list[MasterValue]:
         bus, master = self._bus, self._bus.master
         slaves = master.slaves
-        for base, made in (
+        for base, build in (
             (_CONFIGURED, self._configured),
-            (_FOUND, self._found),
+            (_FOUND, self._scanned_slave),
             (_DIAGNOSIS, self._diagnosis),
         ):
             if base <= index < base + _SLAVES and index - base < len(slaves):
-                values = made(slaves[index - base])
+                values = build(slaves[index - base])
                 if base == _CONFIGURED:
                     return list(map(MasterValue, _CONFIGURED_SUBINDICES, values))
                 return _numbered(values)
@@ -142,7 +142,7 @@ class MasterObjects:
         slave = self._bus.master.slaves[index - _CONFIGURED]
         return b"".join(self._configured(slave)).ljust(_RECORD_SIZE - 2, b"\0")
 
-    def _found(self, slave: BusSlave) -> list[bytes]:
+    def _scanned_slave(self, slave: BusSlave) -> list[bytes]:
         facts = slave.facts
         return [
             (slave.station if slave.present else 0).to_bytes(2, "little"),
@@ -166,11 +166,11 @@ class MasterObjects:
 
     def _scan(self) -> list[MasterValue]:
         status = _DONE_WITH_ANSWER * self._scanned
-        found = self._bus.master.supervision.slave_count
+        count = self._bus.master.supervision.slave_count
         return [
             MasterValue(1, bytes(2)),
             MasterValue(2, bytes((status,))),
-            MasterValue(3, struct.pack("<BxHxx", status, found)),
+            MasterValue(3, struct.pack("<BxHxx", status, count)),
         ]
 
     def _statistics(self) -> list[MasterValue]:

@@ -104,8 +104,8 @@ def _read_way(bus: ServedBus, offset: int) -> bytes:
     way = bus.way
     if not 0 <= offset <= 3:
         raise DeviceError(ReturnCode.INVALID_OFFSET, f"0 to 3, got {offset}")
-    told = ("",) * 3 if way is None else (way.interface, way.trouble, way.second_interface)
-    texts = (*told, bus.master.supervision.opening)
+    connection = ("",) * 3 if way is None else (way.interface, way.trouble, way.second_interface)
+    texts = (*connection, bus.master.supervision.opening)
     return texts[offset].encode() + b"\0"
 
 

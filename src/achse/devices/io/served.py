@@ -148,10 +148,10 @@ class ServedBus:
 
     def slave(self, station: int) -> BusSlave:
         """The slave with that station address; DeviceError 0x703 if there is none."""
-        found = self.master.slave(station)
-        if found is None:
+        slave = self.master.slave(station)
+        if slave is None:
             raise DeviceError(ReturnCode.INVALID_OFFSET, f"no slave has the address {station}")
-        return found
+        return slave
 
     # states
 

@@ -110,7 +110,7 @@ class BusSlaveDevice(Device):
             "message of a vendor's own form",
             read=self._read_vendor,
             write=self._write_vendor,
-            read_write=self._ask_vendor,
+            read_write=self._request_vendor,
             request="UINT32 vendor; UINT16 type; BYTE[n]",
             response="read: UINT32 how many came, UINT32 vendor, UINT16 type, BYTE[n] of the last;"
             " read and write: UINT32 vendor, UINT16 type, BYTE[n]",
@@ -299,7 +299,7 @@ class BusSlaveDevice(Device):
             lambda trouble: self._note(client, trouble),
         )
 
-    def _ask_vendor(self, offset: int, length: int, data: bytes, client: bytes) -> bytes:
+    def _request_vendor(self, offset: int, length: int, data: bytes, client: bytes) -> bytes:
         raise answer_later(
             self.bus.master,
             self._ready_voe().request(_vendor_message(data)),

@@ -126,14 +126,14 @@ class SlaveFiles:
         return open_file
 
     def _file(self, handle: int, client: bytes, *, writes: bool | None = None) -> _OpenFile:
-        found = self._files.get(handle)
-        if found is None or found.client != client:
+        file = self._files.get(handle)
+        if file is None or file.client != client:
             raise DeviceError(ReturnCode.INVALID_OFFSET, f"no file is open as {handle}")
-        if found.under_way:
+        if file.under_way:
             raise DeviceError(ReturnCode.BUSY, f"file {handle} is under way")
-        if writes is not None and found.writes != writes:
+        if writes is not None and file.writes != writes:
             raise DeviceError(ReturnCode.INVALID_ACCESS, "the file is open the other way")
-        return found
+        return file
 
     def _read(self, handle: int, length: int, data: bytes, client: bytes) -> bytes:
         file = self._file(handle, client, writes=False)
@@ -158,10 +158,10 @@ class SlaveFiles:
         raise later
 
     def _progress(self, handle: int, length: int, data: bytes, client: bytes) -> bytes:
-        found = self._files.get(handle)
-        if found is None or found.client != client:
+        file = self._files.get(handle)
+        if file is None or file.client != client:
             raise DeviceError(ReturnCode.INVALID_OFFSET, f"no file is open as {handle}")
-        at = found.progress
+        at = file.progress
         numbers = struct.pack("<4I", at.done, at.whole, at.busy_done, at.busy_whole)
         return (numbers + at.text.encode("cp1252", "replace") + b"\0")[:length]
 

@@ -76,7 +76,7 @@ class ModbusDevice(Device):
                 RawGroup(
                     REQUESTS,
                     "requests",
-                    read_write=self._ask,
+                    read_write=self._forward_request,
                     last_offset=1,
                     request="STRING(15) address, UINT16 port, UINT8 unit, UINT8 function,"
                     " UINT32 timeout ms, UINT16 address, UINT16 quantity or value, UINT16 write"
@@ -89,7 +89,7 @@ class ModbusDevice(Device):
             clock=clock,
         )
 
-    def _ask(self, offset: int, read_length: int, data: bytes, client: bytes) -> bytes:
+    def _forward_request(self, offset: int, read_length: int, data: bytes, client: bytes) -> bytes:
         if offset > 1:
             raise DeviceError(ReturnCode.INVALID_OFFSET, f"Modbus requests have no {offset}")
         if len(data) < _REQUEST.size:
@@ -109,17 +109,17 @@ class ModbusDevice(Device):
         except ModbusRefusal as refusal:
             raise _refused(refusal) from None
         peer = self._peer(host.partition(b"\0")[0].decode("latin-1"), port, udp=offset == 1)
-        asked = self.lines.ask(peer, unit, pdu, min(timeout / 1000, _LONGEST_S))
+        response = self.lines.ask(peer, unit, pdu, min(timeout / 1000, _LONGEST_S))
         if not self._beside():
-            return _result(query, asked)
+            return _result(query, response)
         loop = asyncio.get_running_loop()
 
         def start(answer: Answer) -> None:
-            def tell(done: "Future[bytes]") -> None:
+            def deliver(done: "Future[bytes]") -> None:
                 if not loop.is_closed():
                     loop.call_soon_threadsafe(answer, lambda: _result(query, done))
 
-            asked.add_done_callback(tell)
+            response.add_done_callback(deliver)
 
         raise Deferred(start)
 
@@ -128,18 +128,18 @@ class ModbusDevice(Device):
             IPv4Address(address)
         except AddressValueError:
             raise _windows(_BAD_ADDRESS, f"{address!r} is not an IP address") from None
-        found = self._find(address, port)
-        if found is None:
+        peer = self._find(address, port)
+        if peer is None:
             raise _windows(
                 _ACCESS_DENIED, f"{address}:{port} is not one of modbus.peers in station.toml"
             )
-        return ModbusPeer(*found, udp)
+        return ModbusPeer(*peer, udp)
 
 
-def _result(query: Query, asked: "Future[bytes]") -> bytes:
+def _result(query: Query, response: "Future[bytes]") -> bytes:
     """Return the data of the device's answer, or raise its error as a DeviceError."""
     try:
-        return answer_data(query, asked.result())
+        return answer_data(query, response.result())
     except ModbusRefusal as refusal:
         raise _refused(refusal) from None
     except ModbusAnswerError as fault:

@@ -215,11 +215,11 @@ class AxisStructure:
 
     def of(self, axis: Axis) -> Callable[[], bytes]:
         """The same for one axis, again and again: what is in memory is copied from there."""
-        found = (
+        all_places = (
             axis.place_of(field, struct.calcsize("<" + code)) if field in FIELDS else None
             for code, field in zip(self._codes, self._fields, strict=True)
         )
-        places = [place if isinstance(place, MemoryCell) else None for place in found]
+        places = [place if isinstance(place, MemoryCell) else None for place in all_places]
         computed = [n for n, place in enumerate(places) if place is None]
         if len(computed) == len(places) or len(computed) < _SEVERAL:
             return partial(self.encode, axis)
@@ -227,8 +227,8 @@ class AxisStructure:
         get = attrgetter(*(self._fields[n] for n in computed))
         codes = iter(places)
         form = re.sub(r"[a-wyzA-Z]", lambda code: _copied(code[0], next(codes)), self._form)
-        kept = [n for n, place in enumerate(places) if place is not None]
-        order = sorted(range(len(places)), key=[*kept, *computed].__getitem__)
+        in_memory = [n for n, place in enumerate(places) if place is not None]
+        order = sorted(range(len(places)), key=[*in_memory, *computed].__getitem__)
         pick, put = itemgetter(*order), struct.Struct(form).pack
 
         def encode() -> bytes:

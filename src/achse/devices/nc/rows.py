@@ -85,12 +85,12 @@ def _sample(name: str, codec: Codec) -> Place | None:
 
 def sample_of_floats(*names: str) -> Place | None:
     """The same of fields that are shown one behind the other as REAL64."""
-    found = [PART_OF[name] for name in names]
-    part, first = found[0]
-    for n, (other, row) in enumerate(found):
+    fields = [PART_OF[name] for name in names]
+    part, first = fields[0]
+    for n, (other, row) in enumerate(fields):
         if other != part or not row.is_real or row.offset != first.offset + n:
             return None
-    return lambda axis, length: axis.place_of(names[0], min(length, 8 * len(found)))
+    return lambda axis, length: axis.place_of(names[0], min(length, 8 * len(fields)))
 
 
 def parameter(

@@ -74,11 +74,11 @@ def property_access(
         target = _living(unit, steps)
         if bodies is not None:
             try:
-                given = bodies.calls.get_encoded(target, declared.name)
+                encoded = bodies.calls.get_encoded(target, declared.name)
             except Exception as failure:
                 raise _stopped(f"property {declared.name}", failure) from None
-            if given is not None:
-                return given
+            if encoded is not None:
+                return encoded
         getter = _python_property(target, declared).fget
         try:
             return type.encode(getter(target))  # type: ignore[misc]

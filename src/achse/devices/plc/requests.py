@@ -157,10 +157,10 @@ class PlcRequests:
         data, entry.data = entry.data, b""
         try:
             if entry.command in (Command.READ, Command.READ_WRITE):
-                found = DataResponse.decode(data)
-                entry.error = found.result
-                if not found.result and entry.room:
-                    taken = found.data[: entry.room]
+                response = DataResponse.decode(data)
+                entry.error = response.result
+                if not response.result and entry.room:
+                    taken = response.data[: entry.room]
                     plc.store_bytes(entry.target, taken)
                     entry.count = len(taken)
             elif entry.command == Command.READ_STATE:
@@ -219,20 +219,22 @@ class PlcRequests:
             self._end(block, ReturnCode.CLIENT_NO_AMS_ADDRESS.number)
             return
         try:
-            made = make(plc, block)
+            outgoing = make(plc, block)
         except _NullPointer:
             self._end(block, ReturnCode.CLIENT_INVALID_PARAMETER.number)
             return
         wait_ns = round(block.TMOUT.total_seconds() * 1000) * 1_000_000
         if len(self._open) >= _MOST_OPEN:  # of blocks that nobody calls, or that are gone
             self._open = {ticket: one for ticket, one in self._open.items() if not one.done}
-        block.ticket = self._ask(AmsAddress.of(net_id, block.PORT), made.command, made.request)
+        block.ticket = self._send_request(
+            AmsAddress.of(net_id, block.PORT), outgoing.command, outgoing.request
+        )
         self._open[block.ticket] = _Open(
-            made.command, made.target, made.room, plc.time_ns + wait_ns
+            outgoing.command, outgoing.target, outgoing.room, plc.time_ns + wait_ns
         )
         block.BUSY, block.ERR, block.ERRID = True, False, 0
 
-    def _ask(self, target: AmsAddress, command: Command, request: Request) -> int:
+    def _send_request(self, target: AmsAddress, command: Command, request: Request) -> int:
         self._last = self._last % 0xFFFF_FFFF + 1
         frame = Frame(target, self._own, command, invoke_id=self._last, data=request.encode())
         self._out.append(frame)
@@ -250,12 +252,12 @@ class PlcRequests:
 
     def _log(self, plc: BuiltinContext, mask: int, text: Any, value: Any) -> int:
         shown = f"{value:.6f}" if isinstance(value, float) else _text(value)
-        found = _PLACE_OF_VALUE.sub(lambda _: shown, _text(text), count=1)[:_LONGEST_MESSAGE]
+        shown_text = _PLACE_OF_VALUE.sub(lambda _: shown, _text(text), count=1)[:_LONGEST_MESSAGE]
         message = LogMessage(
-            from_unix_ns(self._clock()), mask, self._own.port, _SENDER, found
+            from_unix_ns(self._clock()), mask, self._own.port, _SENDER, shown_text
         ).encode()
         request = WriteRequest(1, 0, message)
-        self._ask(AmsAddress.of(self._own.net_id, LOGGER_PORT), Command.WRITE, request)
+        self._send_request(AmsAddress.of(self._own.net_id, LOGGER_PORT), Command.WRITE, request)
         return 0
 
     def _event(self, plc: BuiltinContext, severity: int, text: Any) -> int:
@@ -264,7 +266,7 @@ class PlcRequests:
             from_unix_ns(self._clock()), kind, self._own.port, _SENDER, _text(text)
         ).encode()
         target = AmsAddress.of(self._own.net_id, EVENT_LOGGER_PORT)
-        self._ask(target, Command.WRITE, WriteRequest(1, 0, message))
+        self._send_request(target, Command.WRITE, WriteRequest(1, 0, message))
         return 0
 
 

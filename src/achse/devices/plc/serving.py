@@ -79,7 +79,9 @@ class PlcIndications:
 
         `has_block` tells whether the project uses a block of a name.
         """
-        name = next((found for one, found in _INDICATIONS.items() if one == frame.command), "")
+        name = next(
+            (indication for one, indication in _INDICATIONS.items() if one == frame.command), ""
+        )
         group = int.from_bytes(frame.data[:4], "little")
         if not (name and _FIRST_GROUP <= group <= _LAST_GROUP and has_block(name)):
             return False

@@ -224,8 +224,8 @@ class PlcSymbols:
             for unit in plc.units
             if (iec := type(unit.instance).__iec__).methods or iec.properties
         }
-        for kept in ("_symbol_table", "_types", "_type_table", "_persistent_types"):
-            self.__dict__.pop(kept, None)
+        for cached in ("_symbol_table", "_types", "_type_table", "_persistent_types"):
+            self.__dict__.pop(cached, None)
 
     @property
     def version(self) -> int:
@@ -343,8 +343,8 @@ class PlcSymbols:
         return self._type_table
 
     def type_entry(self, name: str) -> bytes | None:
-        found = self._types.get(fold(name.strip()))
-        return None if found is None else self._described(found).encode()
+        type = self._types.get(fold(name.strip()))
+        return None if type is None else self._described(type).encode()
 
     @cached_property
     def _symbol_table(self) -> bytes:
@@ -373,7 +373,7 @@ class PlcSymbols:
     @cached_property
     def _types(self) -> dict[str, IecType[Any]]:
         roots = (*self._units.values(), *self._roots.values())
-        used = {id(found): found for found in (root.placed.variable.type for root in roots)}
+        used = {id(each): each for each in (root.placed.variable.type for root in roots)}
         known = elementary(self.plc.pointer_size).values()
         return {fold(type.name): type for type in types_shown([*used.values(), *known])}
 
@@ -391,8 +391,8 @@ class PlcSymbols:
             if isinstance(type, StructType)
             for member in type.shown
         ]
-        kept = [each.type for each in (*variables, *members) if each.persistent]
-        return {fold(type.name) for type in types_shown(kept)}
+        types = [each.type for each in (*variables, *members) if each.persistent]
+        return {fold(type.name) for type in types_shown(types)}
 
     def _described(self, type: IecType[Any]) -> DataTypeEntry:
         entry = describe_type(type)
@@ -438,12 +438,12 @@ def _pointee(
     for hop in location.hops:
         place = offset + hop
         address = int.from_bytes(region.data[place : place + pointer_size], "little")
-        found = memory.at(address)
-        if found is None:
+        target = memory.at(address)
+        if target is None:
             raise DeviceError(
                 ReturnCode.SYMBOL_NOT_ACTIVE, f"a pointer holds 0x{address:X}, no address of data"
             )
-        region, offset = found
+        region, offset = target
     end = offset + location.offset + location.type.size
     if end > len(region):
         raise DeviceError(ReturnCode.SYMBOL_NOT_ACTIVE, "a pointer leads to the end of its area")

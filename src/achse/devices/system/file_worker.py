@@ -116,11 +116,11 @@ class FileWorker:
         while (taken := self._take()) is not None:
             size, job, answer = taken
             result, length = _done(job)
-            told = answer is not _nobody
+            has_client = answer is not _nobody
             with self._changed:
                 self._bytes -= size
-                self._result_bytes += length if told else 0
-            if told:
+                self._result_bytes += length if has_client else 0
+            if has_client:
                 with suppress(RuntimeError):  # the loop has ended
                     self._loop.call_soon_threadsafe(self._give, answer, result, length)
 

@@ -117,7 +117,7 @@ class Files:
         yield self._group(122, "read file", self._read, "", "BYTE[n]")
         yield self._group(123, "write file", self._write, "BYTE[n]")
         yield self._group(124, "seek", self._seek, "DINT position, UDINT origin")
-        yield self._group(125, "tell", self._tell, "", "DINT position")
+        yield self._group(125, "tell", self._file_position, "", "DINT position")
         yield self._group(
             126, "read line", self._read_line, "", "text with NUL, nothing at the end"
         )
@@ -205,9 +205,9 @@ class Files:
                 file.close()
 
     def _room(self, client: bytes) -> None:
-        held = sum(entry.client == client for entry in self._open.values())
-        if held >= _PER_CLIENT or len(self._open) >= _HANDLES:
-            raise DeviceError(ReturnCode.NO_MORE_HANDLES, f"{held} files are open")
+        open_count = sum(entry.client == client for entry in self._open.values())
+        if open_count >= _PER_CLIENT or len(self._open) >= _HANDLES:
+            raise DeviceError(ReturnCode.NO_MORE_HANDLES, f"{open_count} files are open")
 
     def _keep(self, entry: _Open) -> int:
         entry.used = self._clock()
@@ -349,7 +349,7 @@ class Files:
             file.seek(bases[origin] + position)
         return b""
 
-    def _tell(self, offset: int, length: int, data: bytes, client: bytes) -> bytes:
+    def _file_position(self, offset: int, length: int, data: bytes, client: bytes) -> bytes:
         file = self.file(offset, client)
         with device_errors():
             return _POSITION.pack(min(file.tell(), 0x7FFF_FFFF))

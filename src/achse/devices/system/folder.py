@@ -85,7 +85,7 @@ class Folder:
             return folder, []
         matches = re.compile(translate(_folded(parts[-1]).replace("[", "[[]"))).match
         everything = parts[-1] in ("*", "*.*")  # the latter is every name, as ever
-        found = []
+        names = []
         with os.scandir(folder) as entries:
             for number, entry in enumerate(entries):
                 if number >= _MOST_NAMES:
@@ -93,8 +93,8 @@ class Folder:
                         ReturnCode.DEVICE_NO_MEMORY, f"more than {_MOST_NAMES} names in a folder"
                     )
                 if everything or matches(_folded(entry.name)):
-                    found.append(entry.name)
-        return folder, sorted(found)
+                    names.append(entry.name)
+        return folder, sorted(names)
 
     def holds(self, path: Path) -> bool:
         """Return True if the entry at `path` is in the folder and no link that leads out."""
@@ -208,7 +208,7 @@ def device_errors() -> Iterator[None]:
 def _resolved(path: Path) -> Path:
     """Return the target of links. OSError for links in a circle, which Python 3.13 leaves as they
     are."""
-    found = path.resolve()
-    if found.is_symlink():
+    resolved = path.resolve()
+    if resolved.is_symlink():
         raise OSError(errno.ELOOP, "links in a circle", str(path))
-    return found
+    return resolved

@@ -75,10 +75,10 @@ def terminal_of(axis: Axis) -> RegisterTerminal | None:
     kind = _kind(axis)
     if kind is None:
         return None
-    found = _TERMINALS.get(axis)
-    if found is None or (found.registers[_TYPE_REGISTER], found.in_drive) != kind:
-        found = _TERMINALS[axis] = RegisterTerminal(kind[0], in_drive=kind[1])
-    return found
+    terminal = _TERMINALS.get(axis)
+    if terminal is None or (terminal.registers[_TYPE_REGISTER], terminal.in_drive) != kind:
+        terminal = _TERMINALS[axis] = RegisterTerminal(kind[0], in_drive=kind[1])
+    return terminal
 
 
 def note_output(part: AxisPart) -> None:

@@ -41,10 +41,10 @@ def program_value(
     *owners, field = path.split(".")
 
     def owner(channel: NcChannel) -> Any:
-        found: Any = of_interpreter(channel)
+        target: Any = of_interpreter(channel)
         for each in owners:
-            found = getattr(found, each)
-        return found
+            target = getattr(target, each)
+        return target
 
     return bound(
         row,

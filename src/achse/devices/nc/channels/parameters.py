@@ -39,12 +39,12 @@ def _m_rules(channel: NcChannel, request: tuple[int, int]) -> list[tuple[int, ..
     if first >= M_FUNCTIONS or not 1 <= count <= M_FUNCTIONS - first:
         raise DeviceError(NcError.CHANNEL_M_FUNCTION_INDEX.number, f"M{first}, {count} of them")
     rules = of_interpreter(channel).data.m_rules
-    found = []
+    pairs = []
     for number in range(first, first + count):
         rule = rules.get(number, NO_RULE)
         clears = [*rule.clears, *(_NO_M,) * (MAX_CLEARED - len(rule.clears))]
-        found.append((int(rule.mask), *clears))
-    return found
+        pairs.append((int(rule.mask), *clears))
+    return pairs
 
 
 def _shift_service(axis: int, row: NcRow) -> Service:
@@ -63,11 +63,11 @@ def _tool_service(row: NcRow, parameter: Callable[[int], int | None]) -> Service
     """0x000xww00 + n: ww is the tool; `parameter` of the low byte, None if there is none."""
 
     def place(channel: NcChannel, index: int) -> tuple[Any, int]:
-        found = parameter(index % _TOOL_STEP)
+        service = parameter(index % _TOOL_STEP)
         data = of_interpreter(channel).data
-        if found is None:
+        if service is None:
             raise DeviceError(ReturnCode.INVALID_OFFSET, f"{row.name} {index % _TOOL_STEP}")
-        return data.tools[index // _TOOL_STEP + 1], found
+        return data.tools[index // _TOOL_STEP + 1], service
 
     def read(channel: NcChannel, index: int) -> float:
         tool, number = place(channel, index)

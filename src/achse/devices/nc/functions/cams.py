@@ -20,64 +20,69 @@ _FUNCTIONS = named_rows(0x4200)
 _STATES = named_rows(0x4100)
 
 
-def _refuse_places(asked: Any) -> None:
+def _refuse_places(request: Any) -> None:
     """Places within an axis, which only groups have."""
-    if asked.master_subindex or asked.slave_subindex:
+    if request.master_subindex or request.slave_subindex:
         raise DeviceError(NcError.SLAVE_COUPLING_PARAMETER.number, "subindices, expected 0")
 
 
-def _couple_by_table(axis: Axis, asked: Any) -> None:
+def _couple_by_table(axis: Axis, request: Any) -> None:
     """One table, whose count of tables is then the interpolation; or a first one, beside which the
     others are corrections and profiles that 0x46 starts."""
-    _refuse_places(asked)
-    several = asked.slave_type == SlaveType.MULTI_TABULAR
+    _refuse_places(request)
+    several = request.slave_type == SlaveType.MULTI_TABULAR
     others: list[int] = []
     if several:
-        if max(asked.table_count, asked.profile_table_count) > CAM_LIST:
-            raise DeviceError(NcError.TOO_MANY_TABLES.number, f"{asked.table_count} tables")
-        others = [getattr(asked, f"table_id{n + 1}") for n in range(asked.table_count)]
+        if max(request.table_count, request.profile_table_count) > CAM_LIST:
+            raise DeviceError(NcError.TOO_MANY_TABLES.number, f"{request.table_count} tables")
+        others = [getattr(request, f"table_id{n + 1}") for n in range(request.table_count)]
     demand = CamDemand(
-        asked.table_id,
-        0 if several else asked.table_count,
-        asked.slave_offset,
-        asked.master_offset,
-        slave_absolute=asked.slave_absolute,
-        master_absolute=asked.master_absolute,
+        request.table_id,
+        0 if several else request.table_count,
+        request.slave_offset,
+        request.master_offset,
+        slave_absolute=request.slave_absolute,
+        master_absolute=request.master_absolute,
     )
     carry_out(
         commands.couple_by_cam(
-            axis, asked.slave_type, asked.master_axis_id, demand, further_tables=others
+            axis, request.slave_type, request.master_axis_id, demand, further_tables=others
         )
     )
 
 
-def _couple(axis: Axis, asked: Any) -> None:
-    _refuse_places(asked)
+def _couple(axis: Axis, request: Any) -> None:
+    _refuse_places(request)
     demand = CamDemand(
-        *(asked.table_id, asked.interpolation_type, asked.slave_offset, asked.master_offset),
-        *(asked.slave_scaling, asked.master_scaling),
-        *(asked.slave_absolute, asked.master_absolute),
-        *(asked.activation_type, asked.activation_position),
-        *(asked.master_scaling_type, asked.slave_scaling_type),
+        *(
+            request.table_id,
+            request.interpolation_type,
+            request.slave_offset,
+            request.master_offset,
+        ),
+        *(request.slave_scaling, request.master_scaling),
+        *(request.slave_absolute, request.master_absolute),
+        *(request.activation_type, request.activation_position),
+        *(request.master_scaling_type, request.slave_scaling_type),
     )
-    further = getattr(asked, "cam_operation_mode", 0), getattr(asked, "reference_table_id", 0)
+    further = getattr(request, "cam_operation_mode", 0), getattr(request, "reference_table_id", 0)
     carry_out(
-        commands.couple_by_cam(axis, asked.slave_type, asked.master_axis_id, demand, *further)
+        commands.couple_by_cam(axis, request.slave_type, request.master_axis_id, demand, *further)
     )
 
 
-def _change_scaling(axis: Axis, asked: Any) -> None:
+def _change_scaling(axis: Axis, request: Any) -> None:
     """Here, and only here, the master's values come before the slave's."""
     demand = CamDemand(
-        getattr(asked, "table_id", 0),
-        slave_offset=asked.slave_offset,
-        master_offset=asked.master_offset,
-        slave_scaling=asked.slave_scaling,
-        master_scaling=asked.master_scaling,
-        activation=asked.activation_type,
-        position=asked.activation_position,
-        master_type=asked.master_scaling_type,
-        slave_type=asked.slave_scaling_type,
+        getattr(request, "table_id", 0),
+        slave_offset=request.slave_offset,
+        master_offset=request.master_offset,
+        slave_scaling=request.slave_scaling,
+        master_scaling=request.master_scaling,
+        activation=request.activation_type,
+        position=request.activation_position,
+        master_type=request.master_scaling_type,
+        slave_type=request.slave_scaling_type,
     )
     carry_out(commands.change_cam_scaling(axis, demand))
 
@@ -86,16 +91,16 @@ def _change_offsets(axis: Axis, values: tuple[float, ...]) -> None:
     carry_out(commands.change_cam_offsets(axis, *values))
 
 
-def _correct(axis: Axis, asked: Any) -> None:
-    table_id, *position = asked if isinstance(asked, tuple) else (asked,)
+def _correct(axis: Axis, request: Any) -> None:
+    table_id, *position = request if isinstance(request, tuple) else (request,)
     carry_out(commands.follow_correction(axis, table_id, *position))
 
 
 def _last_correction(axis: Axis, table_id: int) -> float:
-    found = commands.last_correction(axis, table_id)
-    if found is None:
+    correction = commands.last_correction(axis, table_id)
+    if correction is None:
         raise DeviceError(NcError.TABLE_NOT_FOUND.number, f"no correction by table {table_id}")
-    return found
+    return correction
 
 
 SCALE_SLAVE = function(_FUNCTIONS["set_slave_table_scaling"], commands.scale_slave)
@@ -125,16 +130,16 @@ def _layer(axis: Axis, table_id: int) -> tuple[int, CamFields, Table]:
     raise DeviceError(NcError.TABLE_NOT_FOUND.number, f"no table {table_id} is at work")
 
 
-def _asked(asked: Any) -> tuple[int, float | None]:
+def _place_of(request: Any) -> tuple[int, float | None]:
     """Table and master position; 0: the first, None: now."""
-    if isinstance(asked, float):
-        return 0, asked
-    return (asked.table_id, asked.master_position) if asked else (0, None)
+    if isinstance(request, float):
+        return 0, request
+    return (request.table_id, request.master_position) if request else (0, None)
 
 
-def _info(axis: Axis, asked: Any) -> tuple[float, ...]:
+def _info(axis: Axis, request: Any) -> tuple[float, ...]:
     """Return the state of a followed cam, now or for a master position."""
-    table_id, position = _asked(asked)
+    table_id, position = _place_of(request)
     if position is not None and abs(position) > _FARTHEST:
         raise DeviceError(ReturnCode.INVALID_DATA, f"master position up to {_FARTHEST:g}")
     _, layer, table = _layer(axis, table_id)

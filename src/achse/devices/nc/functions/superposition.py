@@ -11,14 +11,14 @@ from achse.motion.commands import Compensation
 _ROWS = named_rows(0x4200)
 
 
-def _start(axis: Axis, asked: Any) -> None:
+def _start(axis: Axis, request: Any) -> None:
     """The form without an answer: the warning is its result, the compensation runs all the same."""
-    code, done = commands.start_superposition(axis, Compensation(*asked))
+    code, done = commands.start_superposition(axis, Compensation(*request))
     carry_out(code or done.warning)
 
 
-def _start_with_feedback(axis: Axis, asked: Any) -> Compensation:
-    code, done = commands.start_superposition(axis, Compensation(*asked))
+def _start_with_feedback(axis: Axis, request: Any) -> Compensation:
+    code, done = commands.start_superposition(axis, Compensation(*request))
     carry_out(code)
     return done
 

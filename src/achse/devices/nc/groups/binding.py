@@ -35,9 +35,9 @@ class GroupFinder:
 
     def find(self, group_id: int) -> AnyGroup:
         """The group with this id. Raises DeviceError 0x4011."""
-        found = self._single.get(group_id)
-        if found is not None:
-            return found
+        group = self._single.get(group_id)
+        if group is not None:
+            return group
         try:
             return self._nc.groups.group(group_id)
         except KeyError:

@@ -22,10 +22,10 @@ def _transformation(
     def exchange(group: AnyGroup, data: tuple[float, ...]) -> tuple[float, ...]:
         if not isinstance(group, KinematicGroup):
             raise DeviceError(ReturnCode.INVALID_OFFSET, "a service of kinematic groups alone")
-        found = call(group, data[:COORDINATES])
-        if isinstance(found, int):
-            raise DeviceError(found, f"{row.name} of {data[:COORDINATES]}")
-        return (*found, 0, 0)
+        result = call(group, data[:COORDINATES])
+        if isinstance(result, int):
+            raise DeviceError(result, f"{row.name} of {data[:COORDINATES]}")
+        return (*result, 0, 0)
 
     return bound(row, exchange=exchange)
 

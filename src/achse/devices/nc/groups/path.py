@@ -90,10 +90,10 @@ def _searched(group: PathGroup) -> tuple[float, ...]:
     nothing = 0.0, 0, 0, *(0.0,) * PLACES
     if not isinstance(channel, ProgramChannel):
         return nothing
-    found = channel.search_result
-    if found is not None and channel.state is InterpreterState.SEARCHING:
+    result = channel.search_result
+    if result is not None and channel.state is InterpreterState.SEARCHING:
         rest = (*group.positions, *(0.0,) * PLACES)[MAIN_AXES:PLACES]
-        return found.remaining, found.origin.block, found.origin.counter, *found.position, *rest
+        return result.remaining, result.origin.block, result.origin.counter, *result.position, *rest
     origin = None if channel.feeder is None else channel.feeder.origin
     if origin is None:
         return nothing

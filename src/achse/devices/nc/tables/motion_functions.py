@@ -102,26 +102,26 @@ def _write_online_change(place: TablePlace, change: tuple[int, float, int, int])
         place.tables.change_online(_of_points(place), PointActivation(*change))
 
 
-def _read_point_cloud(place: TablePlace, asked: Any) -> "array[float]":
+def _read_point_cloud(place: TablePlace, request: Any) -> "array[float]":
     """Rows of the master position and what the mask selects, as many as the function has."""
     table = _of_points(place)
-    if not asked.step_width > 0.0:
+    if not request.step_width > 0.0:
         raise DeviceError(NcError.TABLE_STEP_WIDTH.number, "step width, expected above 0")
-    if not 0 < asked.select_mask <= _ALL_SELECTED:
+    if not 0 < request.select_mask <= _ALL_SELECTED:
         raise DeviceError(
-            NcError.TABLE_PARAMETER.number, f"mask {asked.select_mask:#x}, expected 1..0xF"
+            NcError.TABLE_PARAMETER.number, f"mask {request.select_mask:#x}, expected 1..0xF"
         )
     with answered():
         elements = table.function()
         places = table.places()
     numbers = array("d")
     for n in range(_MOST_ROWS):
-        master = asked.start_position + n * asked.step_width
+        master = request.start_position + n * request.step_width
         if master > places[-1] and n:
             break
         numbers.append(master)
         for bit, value in enumerate(values_at(elements, master)):
-            if asked.select_mask >> bit & 1:
+            if request.select_mask >> bit & 1:
                 numbers.append(value)
     return numbers
 

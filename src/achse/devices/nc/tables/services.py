@@ -222,27 +222,27 @@ def _scale(place: TablePlace, scaling: tuple[float, ...]) -> None:
         place.tables.scale(place.table, TableScaling(*scaling))
 
 
-def _search(place: TablePlace, asked: Any) -> tuple[float, ...]:
+def _search(place: TablePlace, request: Any) -> tuple[float, ...]:
     """Both solutions of a slave position around a master position, through offsets and scalings."""
-    if asked.master_scaling == 0.0 or asked.slave_scaling == 0.0:
+    if request.master_scaling == 0.0 or request.slave_scaling == 0.0:
         raise DeviceError(NcError.TABLE_SCALING.number, "scalings, expected other than 0")
     table = place.table
-    value = (asked.slave_position - asked.slave_offset) / asked.slave_scaling
-    start = (asked.master_start_position - asked.master_offset) / asked.master_scaling
+    value = (request.slave_position - request.slave_offset) / request.slave_scaling
+    start = (request.master_start_position - request.master_offset) / request.master_scaling
     if max(abs(value), abs(start)) > _FARTHEST:
         raise DeviceError(NcError.TABLE_PARAMETER.number, f"positions up to {_FARTHEST:g}")
     with answered():
-        found = place.tables.nearest(table, value, start)
-    if asked.master_scaling < 0.0:
-        found = found[::-1]
-    shown = [each or Crossing(0.0, 0.0, 0.0) for each in found]
+        crossings = place.tables.nearest(table, value, start)
+    if request.master_scaling < 0.0:
+        crossings = crossings[::-1]
+    shown = [each or Crossing(0.0, 0.0, 0.0) for each in crossings]
     axis = [
-        0.0 if each is None else asked.master_offset + asked.master_scaling * each.position
-        for each in found
+        0.0 if each is None else request.master_offset + request.master_scaling * each.position
+        for each in crossings
     ]
     cam = [each.cam_position for each in shown]
-    lift = [asked.slave_scaling * each.lift for each in shown]
-    return *(each is not None for each in found), *axis, *cam, *lift
+    lift = [request.slave_scaling * each.lift for each in shown]
+    return *(each is not None for each in crossings), *axis, *cam, *lift
 
 
 _FARTHEST = 1e12
