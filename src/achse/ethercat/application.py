@@ -142,8 +142,8 @@ class Application(Protocol):
         """The slave is about to enter `state`; anything but NO_ERROR refuses.
 
         `sync0_ns` is the SYNC0 cycle, 0 in FreeRun. `cause` is NO_ERROR for what the master
-        requested; else it is why the slave falls to `state` (watchdog, lost synchronisation, …), and the
-        answer is not looked at. Staying in one state is not reported.
+        requested; else it is why the slave falls to `state` (watchdog, lost synchronisation, …),
+        and the answer is not looked at. Staying in one state is not reported.
         """
         ...
 

@@ -1,6 +1,7 @@
 """Samples of values in memory: machine code finds those that changed and encodes them.
 
-A value is in whole words; of one that does not fill its last word, a mask selects the bits that count.
+A value is in whole words; of one that does not fill its last word, a mask selects the
+bits that count.
 """
 
 import ctypes

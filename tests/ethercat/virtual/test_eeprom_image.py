@@ -44,8 +44,8 @@ def test_image_is_read_as_it_was_made(text: str, alias: int, serial: int) -> Non
     assert rooms[0] >= rooms[1]
 
 
-def test_more_entries_than_an_eeprom_can_tell_are_refused() -> None:
+def test_entries_that_do_not_fit_into_an_eeprom_are_refused() -> None:
     entries = "<Entry><Index>0</Index><BitLen>1</BitLen></Entry>" * 16_400
     text = f'{INPUTS}<TxPdo Sm="0"><Index>#x1A00</Index>{entries}</TxPdo>'
-    with pytest.raises(EsiError, match="more than an EEPROM can tell"):
+    with pytest.raises(EsiError, match="do not fit into an EEPROM"):
         make_slave(read_esi(esi(device(text)))[0])

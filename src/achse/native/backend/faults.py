@@ -34,8 +34,8 @@ class MachineFault(Exception):
 BUDGET, DEPTH, FAULT, NOTES, RAISE, TRAIL, PASS = (
     f"@achse.{name}" for name in ("budget", "depth", "fault", "notes", "raise", "trail", "pass")
 )
-"""Symbols of what every module has once: two counters, the fault, the notes, the function that sets the fault;
-where the fault came through, and the function that notes it."""
+"""Symbols of what every module has once: two counters, the fault, the notes, the function that
+sets the fault; where the fault came through, and the function that notes it."""
 
 TRAIL_LENGTH = 64
 """Places of a trail that are stored: those next to the fault."""

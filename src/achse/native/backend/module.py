@@ -92,7 +92,7 @@ class ModuleBuilder:
         return function
 
     def write(self, function: CallTarget, names: Sequence[str] = ()) -> FunctionBuilder:
-        """The body of a declared function, to be filled; `names` are for readers of the assembly."""
+        """The body of a declared function, to be filled; `names` are for the assembly text."""
         body = FunctionBuilder(self, function, names, self._is_exported(function))
         self._bodies.append(body)
         return body
