@@ -256,7 +256,7 @@ class Axis(View, _Fields):
         self.wake()
 
     def release(self) -> None:
-        """Follow nobody from now on; set values stay what they are."""
+        """End all couplings; set values stay what they are."""
         end_coupling(self, self.rows)
 
     @property
@@ -292,7 +292,7 @@ class Axis(View, _Fields):
     @property
     def touch_probe_inputs(self) -> int:
         """StateDWord3: the inputs of touch probes 1 and 2 in bits 0 and 1; bit 2, the set torque
-        has reached what a torque command asks for."""
+        has reached the target of a torque command."""
         inputs = self.drive.io.state8 & 0b11
         if self.set_motion_phase == MotionPhase.TORQUE and self.set_torque == self.torque.target:
             inputs |= 0b100

@@ -19,7 +19,7 @@ STEEPEST_JERK = 1e30
 """Largest jerk that a command may name."""
 
 FARTHEST = 1e10
-"""Positions beyond cannot be told apart finely enough (0x4232)."""
+"""Positions beyond have too coarse a resolution (0x4232)."""
 
 ENDLESS = {StartType.ENDLESS_POSITIVE: 1.0, StartType.ENDLESS_NEGATIVE: -1.0}
 """Start types without a target, and their direction."""

@@ -482,7 +482,7 @@ class Nc:
             states[axis_id].restore(self._axes[axis_id])
 
     def clear_cycle_time_errors(self) -> None:
-        """Begin again with the counters of late cycles, which anyone who paces the cycle counts."""
+        """Begin again with the counters of late cycles, which the pacing of the cycle counts."""
         self.late_cycles = 0
         self.late_io_cycles = 0
 

@@ -1,7 +1,7 @@
 """The order of a cycle: masters have their turns before the axes that follow them.
 
-So a chain of any length has no lag. Axes that follow nobody keep the order of their ids as far as
-that goes; the order depends on who follows whom, not on who was coupled first.
+So a chain of any length has no lag. Axes without a master keep the order of their ids as far as
+that goes; the order depends on the couplings, not on the time of coupling.
 
 Who follows whom is said by the records of the axes alone. An order that was made for a coupling is
 right without it too, so letting an axis go needs no new one.

@@ -28,7 +28,7 @@ STATUS_READY = 1 << 0
 STATUS_ENABLED = 1 << 1
 STATUS_ERROR = 1 << 3
 STATUS_LIMITED = 1 << 6
-"""State 1 of a drive: ready to be enabled, enabled, in error, held at a limit."""
+"""State 1 of a drive: ready to be enabled, enabled, in error, at a limit."""
 
 STATUS_HOMED = 1 << 4
 STATUS_HOMING_FAILED = 1 << 5
@@ -38,7 +38,7 @@ CONTROL_ENABLE = 1 << 0
 CONTROL_WISH = 1 << 1
 CONTROL_RESET = 1 << 2
 CONTROL_HOME = 1 << 3
-"""Control 1 of a drive. On a bus a drive takes its time to be enabled: it is asked to as soon as
+"""Control 1 of a drive. On a bus a drive takes its time to be enabled: the request comes as soon as
 the axis has its enable (wish), and the loop is closed when it says that it is ready (enable).
 Reset clears its error; home lets it look for its reference by itself."""
 

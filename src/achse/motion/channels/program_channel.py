@@ -76,7 +76,7 @@ class ProgramChannel(ProgramStates):
         self.real_offsets: tuple[int, ...] = (0, 0, 0, 0)
         """Group states that the cyclic structure shows (0x55, 0x56)."""
         self.tolerance_balls = [0.0] * 9
-        """Radius by group of the channel, mm; kept only, auxiliary axes go with the path."""
+        """Radius by group of the channel, mm; stored only, auxiliary axes go with the path."""
         self.modal = ModalState()
         """Modal values in force, those of the last program too."""
         self.search_wanted: BlockSearch | None = None
@@ -288,7 +288,7 @@ class ProgramChannel(ProgramStates):
 
     @property
     def retrace_enable(self) -> int:
-        """1: the path of the next start is kept for a way back (0x54)."""
+        """1: the path of the next start is stored for a way back (0x54)."""
         return int(self.group is not None and self.group.keeps_way_back)
 
     @retrace_enable.setter
@@ -299,7 +299,7 @@ class ProgramChannel(ProgramStates):
     def retrace(self, backwards: bool) -> int:
         """After an emergency stop, follow the path back, or forward again (0x14, 0x15).
 
-        0x4109 while no program runs or the path does not rest, 0x42CC if it is not kept.
+        0x4109 while no program runs or the path does not rest, 0x42CC if it is not stored.
         """
         if self.state not in ACTIVE_STATES or self.group is None:
             return NcError.CHANNEL_COMMAND_NOT_NOW
@@ -356,7 +356,7 @@ class ProgramChannel(ProgramStates):
         self.end_wait()
 
     def _fail(self, fault: ProgramFault) -> None:
-        """An error of the program or of the group: the axes stop, the place is kept."""
+        """An error of the program or of the group: the axes stop, the place is stored."""
         self.error_code, self.fault, self.text_index = fault.code, fault, fault.origin.index
         self.wait(_W.ABORT)
         self._end_program()

@@ -51,8 +51,8 @@ class ProgramFault:
     code: int
     origin: Origin
     unmade: Origin
-    """First block whose move is not made: earlier than `origin` if cutter compensation held moves
-    back, for where they end depends on the block at fault."""
+    """First block whose move is not made: earlier than `origin` if cutter compensation delayed
+    moves, for where they end depends on the block at fault."""
     registers: Sequence[float]
     """R parameters of the channel at the fault: a client has changed those that differ now."""
     text: str = ""

@@ -1,7 +1,7 @@
 """ProgramRun: one run of a part program, from its start to its end or fault.
 
 In each cycle the interpreter gives commands as long as they can be carried out; the first that
-cannot is kept for the next cycle, and the channel shows its reason (`achse.motion.channels.waits`).
+cannot waits for the next cycle, and the channel shows its reason (`achse.motion.channels.waits`).
 """
 
 import logging
@@ -188,7 +188,7 @@ class ProgramRun:
         return False
 
     def _log(self, command: Canonical) -> None:
-        """Log what parameters 0x08 and 0x0A ask for."""
+        """Log what parameters 0x08 and 0x0A request."""
         channel, origin = self._channel, command.origin
         if channel.trace_mode:
             text = channel.line_at(origin.index) if channel.trace_mode > 1 else ""

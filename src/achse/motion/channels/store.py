@@ -14,7 +14,7 @@ _LONGEST_NAME = 100
 
 
 class ProgramStore:
-    """A folder with programs, and one for what the channel writes (kept in memory without it)."""
+    """A folder with programs, and one for what the channel writes (in memory without it)."""
 
     def __init__(self, programs: Path | None = None, data: Path | None = None) -> None:
         self._programs = programs

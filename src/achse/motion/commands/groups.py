@@ -41,7 +41,7 @@ def leave_group(axis: Axis) -> None:
 
 
 def begin_group_motion(axis: Axis) -> None:
-    """Let the group lead the axis from the next cycle on; it asks for the present position."""
+    """Let the group lead the axis from the next cycle on; it begins at the present position."""
     reset(axis.group_set_point)
     axis.group_set_point.position = axis.set.position
     begin_generator(axis, MotionPhase.GROUPED)

@@ -38,7 +38,7 @@ def _request_application(axis: Axis, request_type: int) -> None:
 
 
 def end_application_request(axis: Axis) -> None:
-    """The application has done what it was asked for, or need not do it any more."""
+    """The application has served the request, or it is withdrawn."""
     if axis.application.request:
         _request_application(axis, 0)
 
@@ -46,7 +46,7 @@ def end_application_request(axis: Axis) -> None:
 def home(axis: Axis) -> int:
     """Home the axis (0x10) as its reference mode says; the axis is not homed meanwhile.
 
-    In mode 20 the application is asked to do it. A drive on a bus may do it itself.
+    In mode 20 the application gets the request. A drive on a bus may do it itself.
     """
     if axis.encoder.reference_mode == ReferenceMode.APPLICATION:
         return _start_by_application(axis)

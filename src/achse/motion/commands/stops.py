@@ -15,7 +15,7 @@ from achse.motion.setpoints.targets import modulo_part
 
 
 def _brake(axis: Axis, deceleration: float, jerk: float) -> None:
-    """Begin a stop; one that already runs is never weakened. A slave follows nobody from here on.
+    """Begin a stop; one that already runs is never weakened. A slave is uncoupled.
 
     The cycle lets a slave go for a motion of its own too, unless that is over within one cycle.
     """

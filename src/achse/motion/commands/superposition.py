@@ -38,7 +38,7 @@ _GENTLEST = {
 
 
 class Compensation(NamedTuple):
-    """A section compensation as asked for, or as carried out (axis units and seconds).
+    """A section compensation as requested, or as carried out (axis units and seconds).
 
     Over `length` an axis that runs at `process_velocity` gains `distance` (loses it, if negative),
     at most `velocity_increase` faster. `warning` is 0, or 0x4243 when only a part is possible.
@@ -179,7 +179,7 @@ def _base_way(compensation: Compensation) -> float:
 
 
 def _fastest(axis: Axis, compensation: Compensation) -> float:
-    """The additional velocity that is asked for, as far as the limits of the axis go.
+    """The requested additional velocity, as far as the limits of the axis go.
 
     The additional velocity scales with that of the main motion, so the ratio is what counts.
     """

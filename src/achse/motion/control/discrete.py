@@ -173,7 +173,7 @@ def _choose(ax: AxisFields, dt: float) -> None:
 
 
 def _obey(ax: AxisFields) -> None:
-    """The phase that a direct output asks for, without the times of brake and switching."""
+    """The phase that a direct output commands, without the times of brake and switching."""
     drive = ax.drive
     output = ax.direct_output
     phase = _BRAKED
@@ -185,7 +185,7 @@ def _obey(ax: AxisFields) -> None:
 
 
 def _put_out(ax: AxisFields) -> float:
-    """Control bytes of the phase; returns the velocity that they ask for."""
+    """Set the control bytes of the phase; return the velocity that they command."""
     drive = ax.drive
     phase = drive.switch_phase
     plus = drive.switch_direction > 0.0
@@ -293,7 +293,7 @@ def _mask(ax: AxisFields) -> int:
 
 
 def run_stepper(ax: AxisFields, dt: float) -> None:
-    """Turn a stepper motor by at most one step, at the frequency that its output asks for.
+    """Turn a stepper motor by at most one step, at the frequency of its output.
 
     The frequency is that of one step in a whole number of cycles, never faster than the output,
     never slower than the minimum velocity; it stays for the configured number of steps. Less than

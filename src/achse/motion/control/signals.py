@@ -130,7 +130,7 @@ def _probe_data(encoder: EncoderFields, probe: int) -> int:
 
 
 def _signal(source: int) -> int:
-    """A signal as the hardware is told."""
+    """A signal as commanded to the hardware."""
     if source == SignalSource.ZERO_PULSE:
         return LATCH_INDEX
     return source if source < LATCH_INDEX else LATCH_DRIVE_DEFINED

@@ -8,7 +8,7 @@ cam goes on to both sides; outside a linear one the slave keeps the value of its
 in its basic cycle, without lift.
 
 A layer has two laws: `now` is at work, `next` waits with its `change` until the time has come. A
-change counts from the exact position that was asked for, not from that of the cycle which finds it
+change counts from the exact requested position, not from that of the cycle which finds it
 passed: the cycle time does not matter. A cam that is taken away leaves what it added in the base. A
 change by which the slave would jump (`achse.motion.couplings.guard`) waits on.
 
@@ -38,7 +38,7 @@ CHANGE_POINTS = 5
 """`change.kind` of a layer; with other points a motion function keeps its cycles and references."""
 
 _MOST_CYCLES = 1e15
-"""Beyond, cycles of a cam cannot be told from each other."""
+"""Beyond, cycles of a cam cannot be distinguished."""
 
 _RELATIVE = 1e-12
 """Rounding of a position."""

@@ -1,8 +1,8 @@
 """Guard of slaves: refuse a set point that is too far, too fast or too near to a soft limit.
 
-A law asks for any set point. The guard compares it with the last one before the slave takes it: the
-way of the cycle and the velocity with the fastest that axis and drive may go, and the way that the
-strongest ramp needs to rest with the room before the soft limits.
+A law may generate any set point. The guard compares it with the last one before the slave takes it:
+the way of the cycle and the velocity with the fastest that axis and drive may go, and the way that
+the strongest ramp needs to rest with the room before the soft limits.
 
 Kernel source: compiled as it stands, see `achse.motion.compiled`.
 """

@@ -59,7 +59,7 @@ def leading_value_of_row(
 ) -> tuple[float, float, float, float]:
     """Position, velocity, acceleration and jerk of the axis of a row, as a slave sees it.
 
-    A phase shift moves the first master alone. An axis that follows nobody yet looks at the one
+    A phase shift moves the first master alone. An axis without a coupling yet looks at the one
     that it is to follow first.
     """
     value = rows.axes[row].leading_value
@@ -74,7 +74,7 @@ def leading_value_of_row(
 
 
 def end_coupling(ax: AxisFields, rows: NcRows) -> None:
-    """Follow nobody from now on; set values stay what they are.
+    """End all couplings; set values stay what they are.
 
     Every coupling ends here.
     """
@@ -212,7 +212,7 @@ def update_leading_value(ax: AxisFields, dt: float) -> None:
 
 
 def as_leader(ax: AxisFields) -> AxisFields:
-    """The axis as a follower sees it: one that nobody follows yet stays as it is, a copy leads."""
+    """The axis as a follower sees it: for one without followers a copy is the master."""
     if ax.followers:
         return ax
     leader: AxisFields = LAYOUT.plain()

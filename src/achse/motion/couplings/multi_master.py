@@ -1,7 +1,7 @@
 """A slave of one to four masters: v = Σ g · v, reached within the dynamics of the coupling.
 
 The ratios come in each cycle (`gear_ratio_1` … 4 of the cyclic interface). Where a new one, or the
-masters, ask for more than the dynamics allow, the slave runs behind and catches up with the
+masters, exceed the dynamics, the slave runs behind and catches up with the
 velocity; from then on positions follow too: s = s0 + Σ g · (M - M0). Without a jerk limit the
 velocity bends abruptly; with one, the slave is in gear again once the masters' velocities stand.
 
@@ -27,7 +27,7 @@ _MORE = 1.0 + 1e-9
 
 
 def _ratio(ax: AxisFields, place: int) -> float:
-    """The ratio that is asked for."""
+    """The requested ratio."""
     if place == 0:
         return ax.gear_ratio_1
     if place == 1:

@@ -237,7 +237,7 @@ COUPLINGS: tuple[Coupling, ...] = (
         stops=True,
     ),
 )
-"""Each law once, by the slave type that asks for it."""
+"""Each law once, by its slave type."""
 
 
 def law_of(number: int) -> Coupling | None:

@@ -145,6 +145,6 @@ class AxisState(States):
 class ApplicationRequest(States):
     """Request of an axis to the application."""
 
-    request: int = flag(0, "the application is asked for something")
+    request: int = flag(0, "the application has a request")
     request_type: int = whole(0, "1", "what for: 0 nothing, 1 homing")
     command_number: int = whole(0, "1", "number of that request")

@@ -9,7 +9,7 @@ from achse.native.declare import Slot
 
 
 class Role(Enum):
-    """Purpose of a field, which is also who may write it."""
+    """Purpose of a field, and with it the right to write it."""
 
     PARAMETER = "configured, written by parameter services"
     INPUT = "written each PLC cycle or by functions, read by the kernel"

@@ -1,4 +1,4 @@
-"""Fields of a drive: parameters, what functions ask of it, output."""
+"""Fields of a drive: parameters, requests of functions, output."""
 
 from achse.motion.fields.declare import (
     Inputs,
@@ -109,7 +109,7 @@ class DriveState(States):
     """Output to the drive (002 §6.4.7.2, 0x7100 + ID)."""
 
     output: float = real(0.0, "mm/s", "total output to the drive")
-    limit_active: int = flag(0, "the output is held at a limit")
+    limit_active: int = flag(0, "the output is at a limit")
     output_peak_negative: float = real(0.0, "mm/s", "smallest total output so far")
     output_peak_positive: float = real(0.0, "mm/s", "largest total output so far")
     output_percent_nonlinear: float = real(0.0, "%", "total output after the characteristic")
@@ -130,7 +130,7 @@ class DriveInternal(InternalFields):
     """Memory of the drive: values from its parameters, and values from cycle to cycle."""
 
     on_bus: int = flag(0, "it is process data of a bus, not a simulated amplifier")
-    reset_cycles: int = whole(0, "1", "cycles for which it is still asked to reset")
+    reset_cycles: int = whole(0, "1", "remaining cycles of the reset request")
     special: int = flag(0, "more than a linear velocity drive is in use")
     ideal: int = flag(0, "the drive takes positions and follows them")
     digital: int = flag(0, "the outputs are weighted set values, not a share of full output")

@@ -12,7 +12,7 @@ from achse.motion.fields.declare import (
 )
 
 POSITION_HISTORY = 16
-"""Actual positions with time stamp that are kept; fewer cycles than lead to rest."""
+"""Actual positions with time stamp that are stored; fewer cycles than lead to rest."""
 
 TOUCH_PROBES = 4
 
@@ -128,7 +128,7 @@ class TouchProbeMemory(InternalFields):
     probe_continuous: list[int] = ints(PROBE_EDGES, "0/1", "goes on after an edge")
     probe_source: list[int] = ints(PROBE_EDGES, "SignalSource", "its signal")
     probe_refused: int = whole(0, "bits", "edges that the hardware on a bus cannot latch")
-    armed: int = flag(0, "the hardware has been told to watch a signal")
+    armed: int = flag(0, "the hardware watches a signal")
     probe_seen: list[int] = ints(TOUCH_PROBES, "bits", "states of probes last seen")
     homing_seen: int = whole(0, "bits", "state of the homing latch as last seen")
     watched_count: int = whole(0, "INC", "count a cycle before, for the software sync")

@@ -1,4 +1,4 @@
-"""Fields of a job: what a started command asks for, and how far that has come."""
+"""Fields of a job: parameters of a started command, and its progress."""
 
 from math import inf
 

@@ -10,7 +10,7 @@ class MonitoringInternal(InternalFields):
     features: int = whole(ALL_FEATURES, "bits", "features beyond a plain move that are on")
     first_encoder: int = whole(0, "1", "row of its first encoder, the others are behind it")
     encoder_count: int = whole(1, "1", "its encoders")
-    resting: int = flag(0, "nothing changes until somebody writes to the record")
+    resting: int = flag(0, "nothing changes until the record is written")
     quiet_cycles: int = whole(0, "1", "cycles without a change")
     drive_status: int = whole(0, "bits", "state 1 of the drive")
     io_invalid: int = flag(0, "encoder or drive has no valid data")

@@ -14,7 +14,7 @@ class Synchronisation(InternalFields):
 
     state: int = whole(0, "MotionState", "11 before it, 12 on the way, 13 runs with it")
     method: int = whole(0, "1", "what makes the set point, see `couplings.flying_saws.approach`")
-    mask: int = whole(0, "SynchronisingBit", "checks and operations that are asked for")
+    mask: int = whole(0, "SynchronisingBit", "requested checks and operations")
     heading: float = real(1.0, "1", "direction of the master, -1 or 1")
     moved: int = flag(0, "the slave moved when it began")
     begin: float = real(0.0, "mm", "position of the master where it begins")

@@ -1,6 +1,6 @@
 """Set points from a group: path, FIFO or kinematics say where the axis is in each cycle.
 
-The axis takes what its group asks for as long as it can follow: not faster than its maximum
+The axis accepts set points of its group as long as it can follow: not faster than its maximum
 velocity (0x4359), not beyond its soft limits. Otherwise it brakes by its own ramp, which the group
 sees as the end of the common motion.
 

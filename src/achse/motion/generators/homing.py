@@ -41,7 +41,7 @@ def _stop(ax: AxisFields) -> None:
 def _stands(ax: AxisFields) -> bool:
     return (
         ax.profile.replan == 0
-        and ax.drive.switch_phase == 0  # a two-speed axis is held by its brake
+        and ax.drive.switch_phase == 0  # a two-speed axis is stopped by its brake
         and ax.set.velocity == 0.0
         and ax.set.acceleration == 0.0
         and arrived(ax) == 1

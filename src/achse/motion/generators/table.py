@@ -1,4 +1,4 @@
-"""The table of generators: who makes the set point, what begins it, what it means for the axis.
+"""The table of generators: their step, the commands that begin them, their effect on the axis.
 
 A new way of making set points is a module with a `step` and a row here. The kernel goes through the
 rows; machine code has one branch for each.

@@ -41,7 +41,7 @@ class FifoGroup(AxisGroup):
         self.started = False
         self._rows: deque[Row] = deque()
         self._first = 0
-        """Number of the first row that is kept, from the start on."""
+        """Number of the first stored row, from the start on."""
         self._place = 0.0
         """Position of the motion, in rows from the start on."""
         self._pace = 0.0

@@ -1,6 +1,6 @@
 """Kinematic groups: a tool is moved by its places (MCS), and the axes of the machine (ACS) follow.
 
-The places are virtual axes that anyone may move, alone or by a path; in each cycle the axes are
+The places are virtual axes that any client may move, alone or by a path; in each cycle the axes are
 where the inverse of the kinematics wants them for where the places were in the cycle before. The
 other way round (`by_axes`), the axes are moved and the places follow. Source: 002 §6.4.3.
 """

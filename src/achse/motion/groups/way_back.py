@@ -13,16 +13,16 @@ if TYPE_CHECKING:
     from achse.motion.groups.path_group import PathGroup
 
 WAY_BACK = 256
-"""Segments that are kept for a way back, at least; twice as many where no corner is rounded."""
+"""Segments stored for a way back, at least; twice as many where no corner is rounded."""
 
 
 class WayBack:
-    """Way back along a path: if the path is kept, and the place of the turn."""
+    """Way back along a path: if the path is stored, and the place of the turn."""
 
     def __init__(self, group: "PathGroup") -> None:
         self._group = group
         self.keeps_path = False
-        """True if the present path is kept."""
+        """True if the present path is stored."""
         self._turned_at = 0.0
 
     def begin(self, keeps_path: bool) -> None:
@@ -37,7 +37,7 @@ class WayBack:
 
     @property
     def at_first(self) -> bool:
-        """True if the way back has come to the first segment that is kept."""
+        """True if the way back has come to the first stored segment."""
         planner = self._group.planner
         return self.backwards and planner is not None and planner.at_first
 
@@ -52,7 +52,7 @@ class WayBack:
     def go(self, backwards: bool) -> int:
         """Go back, or forward again, after an emergency stop or from the end of the way back.
 
-        0x42CC without a path that is kept, 0x4109 unless it rests in one of these.
+        0x42CC without a stored path, 0x4109 unless it rests in one of these.
         """
         group, planner = self._group, self._group.planner
         if planner is None or not group.moving or group.stopping or not self.keeps_path:

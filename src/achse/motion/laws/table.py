@@ -332,7 +332,7 @@ LAWS: dict[int, Law] = {
         Law(MotionLaw.STEP, _step, "stands, and steps at its end"),
     )
 }
-"""Each law by the function type that asks for it."""
+"""Each law by its function type."""
 
 
 def segment(number: int, begin: float, end: float, position: float, ends: Ends) -> "array[float]":

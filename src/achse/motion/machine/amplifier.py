@@ -115,7 +115,7 @@ def _report_status(a: Amplifier) -> None:
         state1 |= STATUS_READY
     if a.limited:
         state1 |= STATUS_LIMITED
-        a.reported_control = -1  # to be told when it ends
+        a.reported_control = -1  # reports its end
     state4 = STATUS_FAST_STOP if m.fast_stop_signal else 0
     if m.io_invalid:
         state4 |= STATUS_INVALID
@@ -321,7 +321,8 @@ def _adapt(a: Amplifier, dt: float) -> None:
 def drive_servo(a: Amplifier, spans: Sequence[CurveSpan], dt: float, fast: bool = False) -> None:
     """Move the motor until the next cycle, as the outputs say; see `_fits_fast_path`.
 
-    A dynamic container tells the drive how the velocity goes on in this cycle, not only its begin.
+    A dynamic container gives the drive the course of the velocity in this cycle, not only its
+    begin.
     """
     m = a.machine
     io = a.io

@@ -65,7 +65,7 @@ def _turned(a: Amplifier) -> int:
 
 
 def run_stepper(a: Amplifier, dt: float) -> None:
-    """Move a stepper motor by the step that its outputs ask for."""
+    """Move a stepper motor by the step that its outputs command."""
     m = a.machine
     direction = _turned(a)
     a.step_cycles += 1

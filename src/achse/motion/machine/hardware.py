@@ -156,9 +156,9 @@ class Hardware:
             yield from store.views
 
     def step(self, dt: float) -> None:
-        """Take the outputs in the structures for a cycle of `dt` seconds, and give the inputs then.
+        """Apply the outputs in the structures for a cycle of `dt` seconds, then write the inputs.
 
-        For who stands in for an NC; plain records only, without the curves of valves.
+        For a substitute of an NC; Python records only, without the curves of valves.
         """
         rows = self.rows
         for machine in rows.machines:

@@ -152,7 +152,7 @@ class _AmplifierState:
     step_index: int = whole(0, "1", "excitation of the present step, or level of the frequency")
     step_cycles: int = whole(0, "1", "cycles since the last step")
     step_interval: int = whole(0, "1", "cycles between the last two steps")
-    limited: int = flag(0, "the velocity is held at a limit of the torque command")
+    limited: int = flag(0, "the velocity is at a limit of the torque command")
     delays: int = flag(0, "outputs take their time to the drive")
     loads: int = flag(0, "load, friction, drift or a position loop in the drive")
     lag_weight: float = real(1.0, "1", "share of the way to its command that it goes in a cycle")

@@ -4,7 +4,7 @@ On a path q(s) an axis has the velocity q' v, the acceleration q' a + q'' v², a
 q' j + 3 q'' v a + q''' v³. A line leaves all of its limits to v, a and j. Where the path bends, v
 takes a share of acceleration and jerk, and the rest is for a and j: the more the slower it is. What
 is left falls no faster with v² (acceleration) and v³ (jerk) than in a straight line between its
-values at rest and at the highest velocity; these two are kept, for each span of an element.
+values at rest and at the highest velocity; these two are stored, for each span of an element.
 
 Kernel source: compiled as it stands, see `achse.motion.path.compiled`.
 """

@@ -5,7 +5,7 @@ A state (way, velocity, acceleration) is *safe* if a stopping trajectory begins 
 states safe.
 
 The cycle goes as fast as it may: it follows the ramp up for as long as the state after it is safe,
-and from there the stopping trajectory. Ramps are exact, and the stopping trajectory is kept until
+and from there the stopping trajectory. Ramps are exact, and the stopping trajectory stays until
 there is another: so the path never is where it cannot keep a limit.
 
 Kernel source: compiled as it stands, see `achse.motion.path.compiled`.

@@ -2,7 +2,7 @@
 
 A stopping trajectory brakes with the least deceleration and jerk of all spans up to its junction,
 each at the highest velocity it has on the way. It passes the junctions before it with what they
-allow. Once found it is kept, and can be followed to its end whatever comes: only what is appended
+allow. It stays valid, and can be followed to its end whatever comes: only what is appended
 changes the junctions, and that allows more.
 
 Kernel source: compiled as it stands, see `achse.motion.path.compiled`.

@@ -1,4 +1,4 @@
-"""Values that are only shown: computed from the record when somebody reads them.
+"""Values that are only shown: computed from the record when they are read.
 
 Nobody in the kernel reads them, so a cycle does not compute them. They are fields like others
 (`achse.motion.record.FIELDS`), without a place in a record.

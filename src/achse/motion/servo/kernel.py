@@ -51,7 +51,7 @@ _HOMING_SEEN = 5
 """Cycles after which the statusword is surely about the homing that was begun."""
 
 _STEADY = 64
-"""Increments a cycle above which a movement tells the dead time."""
+"""Increments a cycle above which a movement shows the dead time."""
 
 _LEARN = 0.05
 _LONGEST = 50.0

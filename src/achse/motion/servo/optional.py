@@ -140,7 +140,7 @@ def _not_enabled(servo: Servo, parts: DriveParts) -> str:
     if servo.power >= REACTION:
         return f"{state}, 603Fh is 0x{servo.drive_alarm & 0xFFFF:04X}"
     if not servo.drive.ctrl1 & (CONTROL_ENABLE | CONTROL_WISH):
-        return f"{state}: the axis does not ask for more"
+        return f"{state}: the axis requests no higher state"
     missing = [
         f"{each.place} is 0 ({each.meaning})"
         for each in (VOLTAGE_BIT, REMOTE_BIT)

@@ -1,4 +1,4 @@
-"""The record of a servo: the objects of the drive, what the axis asks of it, what is under way."""
+"""The record of a servo: the objects of the drive, what the axis requests, what is under way."""
 
 from achse.motion.fields.declare import Field, flag, ints, real, whole
 from achse.motion.port import DRIVE_IO, ENCODER_IO, DriveIo, EncoderIo
@@ -96,7 +96,7 @@ class _State:
     mode_is_active: int = flag(0, "the drive works in the mode that it was sent")
     switching: int = whole(0, "1", "cycles that are left for a change of the mode")
     resetting: int = whole(0, "1", "cycles that are left for a reset, 0 = none is tried")
-    homing_cycles: int = whole(0, "1", "cycles since the drive was told to home itself")
+    homing_cycles: int = whole(0, "1", "cycles since the drive was commanded to home")
     position_before: int = whole(0, "INC", "position of the cycle before")
     target_before: int = whole(0, "INC", "target position of the cycle before")
     way_before: int = whole(0, "INC", "its way in that cycle")

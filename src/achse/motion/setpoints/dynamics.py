@@ -98,7 +98,7 @@ def shed_foreign(ax: AxisFields, foreign: float) -> None:
 def shed_excess(ax: AxisFields, jerk: float) -> int:
     """End what of an acceleration `jerk` cannot take away below the fastest velocity; 1 if it did.
 
-    A group of axes asks for any acceleration; an axis that leaves it has its limits again.
+    A group of axes may command any acceleration; an axis that leaves it has its limits again.
     """
     v = ax.set.velocity
     a = ax.set.acceleration
@@ -116,8 +116,8 @@ def release(ax: AxisFields, jerk: float) -> float:
     """Put the state from which `jerk` holds into `plan_…`; the time until then, often 0.
 
     An acceleration in the direction of travel is taken away whole: no command makes an axis faster
-    than its present acceleration does anyway. A deceleration is kept as far as `jerk` can take it
-    away before rest.
+    than its present acceleration does anyway. A deceleration stays as far as `jerk` can take
+    it away before rest.
     """
     v = ax.set.velocity
     a = ax.set.acceleration

@@ -1,8 +1,8 @@
 """Set-point generation: jobs become tables of constant-jerk segments, cycles walk along them.
 
-A job is one command at work (`job`), further ones wait in the ring `waiting`. Anyone who changes
-the job sets `replan`; the next cycle plans the table again. A job whose border is passed at speed
-hands over to the next command, or goes on at its segment end velocity.
+A job is one command at work (`job`), further ones wait in the ring `waiting`. A function that
+changes the job sets `replan`; the next cycle plans the table again. A job whose border is passed at
+speed hands over to the next command, or goes on at its segment end velocity.
 
 Kernel source: compiled as it stands, see `compiled`.
 """
@@ -46,7 +46,7 @@ def end_homing(ax: AxisFields) -> None:
 
 
 def begin_job(ax: AxisFields) -> None:
-    """Begin what the job asks for; what the axis does now goes over into it."""
+    """Begin the motion of the job; the present motion blends into it."""
     job = ax.job
     start_type = job.start_type
     if ax.set_motion_phase != MotionPhase.NONE:

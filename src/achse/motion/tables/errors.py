@@ -4,7 +4,7 @@ from achse.codes import NcError
 
 
 class TableError(Exception):
-    """A table cannot be what was asked for: `error` is the NC's."""
+    """A table cannot be as requested: `error` is the NC's."""
 
     def __init__(self, error: NcError, message: str) -> None:
         super().__init__(message)

@@ -3,7 +3,7 @@
 A cam is a block: `HEADER` numbers that say what it is, and behind them spans of `SPAN` numbers,
 one for each row: place, value, and the coefficients of the cubic that leads to the next row. The
 last span is constant: its value is that at the end. A block of another form (`FORM`) has spans as
-it likes; who reads it goes by its form.
+it likes; readers go by its form.
 
 Blocks stay where they are while they are in use; free ones are used again.
 

@@ -1,4 +1,4 @@
-"""All tables of an NC by id: who uses them, and the memory from which slaves read.
+"""All tables of an NC by id: their users, and the memory from which slaves read.
 
 Tables know axes only as `achse.motion.tables.users.TableUser`.
 """
@@ -151,7 +151,7 @@ class Tables:
     def write(self, table: Table, index: int, values: Iterable[float], step: int = 1) -> None:
         """Change numbers of a table from `index` on, each `step` behind the one before.
 
-        Those who use it go on with the new curve. Raises TableError, and changes nothing, if the
+        Its users go on with the new curve. Raises TableError, and changes nothing, if the
         table is in use and would not be a function any more, or if a slave at work would jump by
         more than its position window (0x4A18): cam tables have no later activation (002).
         """
@@ -220,7 +220,7 @@ class Tables:
             raise
 
     def _take_over(self, table: Table, low: int, high: int) -> None:
-        """Give those who use a table its rows `low` … `high` - 1 as they are now."""
+        """Update the users of a table with its rows `low` … `high` - 1 as they are now."""
         if self.characteristics.user_count(table.table_id):
             self.characteristics.lay_out()
         mine = [key for key in self._blocks if key[0] == table.table_id]
@@ -362,7 +362,7 @@ class Tables:
     # -- cams --------------------------------------------------------------------------------
 
     def cam(self, table_id: int, interpolation: int) -> int:
-        """Return the begin in `cams` of a table joined like this; it is kept while a slave uses it.
+        """Return the begin in `cams` of a table joined like this; it stays while a slave uses it.
 
         Raises TableError: 0x4261 no table, 0x4262 not for slaves, 0x4256 nothing was written to it,
         0x4A08 interpolation, 0x4A21 too few rows for it, 0x4A06 … no function.
@@ -438,7 +438,7 @@ class Tables:
         return cams, begin
 
     def _forget_blocks(self) -> None:
-        """Free the memory of cams that nobody uses any more."""
+        """Free the memory of unused cams."""
         used = {
             (table_id, interpolation) for _, table_id, interpolation in cams_in_use(self._axes())
         }

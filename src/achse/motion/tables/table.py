@@ -72,7 +72,7 @@ class TableParameters:
     boundary: Boundary = Boundary.BY_TYPE
     begin_slope: float = 0.0
     end_slope: float = 0.0
-    """Slopes of a cam's spline at its ends, where `boundary` asks for them."""
+    """Slopes of a cam's spline at its ends, where `boundary` requires them."""
 
 
 class TableScaling(NamedTuple):

@@ -39,7 +39,7 @@ from achse.native.declare import assign
 LARGEST_OFFSET = 1e9
 LARGEST_SCALING = 1e6
 SMALLEST_SCALING = 1e-6
-"""Between these bounds positions of cams are numbers that can be told from each other."""
+"""Between these bounds positions of cams are distinguishable numbers."""
 
 _AT_COUPLING = (
     CamActivation.INSTANTANEOUS,
@@ -187,7 +187,7 @@ def _rows_as_seen(slave: Axis, master: Axis) -> NcRows:
 def _begin(
     slave: Axis, slave_type: int, master_id: int, demand: CamDemand, cam: int, operation: int
 ) -> int:
-    """The first cam of an axis that follows nobody yet."""
+    """The first cam of an axis without a coupling."""
     code = check_slave(slave)
     if code:
         return code

@@ -326,7 +326,7 @@ def _rests(slave: Axis) -> bool:
 
 
 def _free(slave: Axis) -> None:
-    """Follow nobody; set values stay what they are.
+    """End all couplings; set values stay what they are.
 
     The jerk that takes a deceleration away in time is at least that before rest.
     """
@@ -344,7 +344,7 @@ def _run_out(slave: Axis, jerk: float) -> float:
 
 
 def _stop(slave: Axis, limits: tuple[float, float, float]) -> None:
-    """Follow nobody and come to rest; a slave at rest needs no cycle for that."""
+    """End all couplings and come to rest; a slave at rest needs no cycle for that."""
     rests = _rests(slave)
     _free(slave)
     slave.job.acceleration = limits[0]
@@ -382,7 +382,7 @@ def _stop_oriented(slave: Axis, position: float, limits: tuple[float, float, flo
 
 
 def _as_free(slave: Axis, command: Callable[..., int], *arguments: float) -> int:
-    """A command as an axis takes it that follows nobody; refused, the slave stays coupled."""
+    """A command as for an uncoupled axis; refused, the slave stays coupled."""
     coupling, slave.coupling.law = slave.coupling.law, 0
     code = command(slave, *arguments)
     slave.coupling.law = coupling

@@ -1,6 +1,6 @@
 """The course of a slave while it synchronises, known before: its extremes, and what they add up to.
 
-A course holds for a master of constant velocity, as nobody knows what else it will do. It is made
+A course holds for a master of constant velocity, as its future motion is unknown. It is made
 of stretches in time, each a polynomial of at most the fifth degree.
 """
 

@@ -1,7 +1,7 @@
 """Slave type 12, flying saw of modulo axes: the slave turns with its master, at the same angle.
 
 It comes there on the shortest way, half a period at most, with a share of its acceleration
-(004 §3.1.4). What it does is asked for by parameter 1, at any time: rest (0), turn with its master
+(004 §3.1.4). Parameter 1 commands its operation, at any time: rest (0), turn with its master
 (1), turn with its second master (2); it changes over from whatever it does.
 
 Kernel source: compiled as it stands, see `achse.motion.compiled`.

@@ -1,6 +1,6 @@
 """Checks of the universal flying saw (0x4B) before it begins, and the code that refuses it.
 
-A check that is asked for and fails answers 0x42DF, or with the bit for detailed codes a code of its
+A requested check that fails answers 0x42DF, or with the bit for detailed codes a code of its
 own. Which codes stand for which swing of the velocity is a choice (decision 0037).
 """
 
@@ -91,7 +91,7 @@ def _dynamics(course: SlaveCourse, limits: SawLimits) -> Iterator[_Check]:
 def check_course(
     course: SlaveCourse, mask: int, limits: SawLimits, *, nominal: bool = False
 ) -> int:
-    """Code of the first check that the mask asks for and the course fails, or 0.
+    """Code of the first check of the mask that the course fails, or 0.
 
     `nominal`: the master stands, so how fast the slave will be is not known and not checked.
     """
