@@ -16,9 +16,9 @@ DEBUG = 0xFA05
 
 
 def debug_group(station: "DebuggedStation", attached: "Attached") -> RawGroup:
-    """The service by which PLCs are debugged. It is loaded when somebody asks.
+    """The service by which PLCs are debugged. It is loaded at the first request.
 
-    `attached` is told of a client that wants debugging to end with its connection.
+    `attached` is called with a client that wants debugging to end with its connection.
     """
     services: list[DebugService] = []
 
@@ -37,7 +37,7 @@ def debug_group(station: "DebuggedStation", attached: "Attached") -> RawGroup:
         last_offset=0xFFFF,
         request='JSON: {"do": "break", "path": …, "line": …}, clear, breaks, attach, exceptions,'
         " go, step, pause, calls, variables, evaluate, set, source, files, end",
-        response="JSON: what was asked for, or the error; Read: the state",
+        response="JSON: the result, or the error; Read: the state",
         description="Offset = AMS port of a PLC (0: the first). Breakpoints, steps, calls and"
         " variables; a cycle that stands still holds the PLC, not the station.",
         source="achse",

@@ -1,7 +1,7 @@
 """Logger (port 100) and event logger (port 110): what clients and PLC code report, in the log.
 
-Source: 000 and 002 name the ports only; the layout of a message as the logger sends it to those who
-subscribe, from recorded traffic.
+Source: 000 and 002 name the ports only; the layout of a message as the logger sends it to clients
+that subscribe, from recorded traffic.
 """
 
 import logging
@@ -29,7 +29,7 @@ _EVERY_MESSAGE = 0xFFFF
 _HEADER = struct.Struct("<QII16sI")
 _LONGEST = 4096
 _KEPT = 1024
-"""Messages kept for subscribers; one that is further behind misses the oldest."""
+"""Messages buffered for subscribers; one that is further behind misses the oldest."""
 
 
 class MessageType(IntFlag):
@@ -79,7 +79,7 @@ class _Chronicler(Device):
     """A device that shows in the log what clients write, so many lines a second at most.
 
     The limits are for each host (client, where the host is not known) and for all together; how
-    many lines were left out is told once a second.
+    many lines were left out is logged once a second.
     """
 
     def __init__(
@@ -130,11 +130,11 @@ def _rates(limits: ClientLimits) -> Rates:
 
 
 class LoggerDevice(_Chronicler):
-    """The logger: messages that are written to it go to the log and to those who subscribed.
+    """The logger: messages that are written to it go to the log and to subscribers.
 
     A client writes to group 1: a whole message, or a text alone with the message type as offset.
-    It subscribes to group 1, offset 65535 and gets every message, whatever mode it asks for. Those
-    who subscribed get what is left out of the log as well.
+    It subscribes to group 1, offset 65535 and gets every message, whatever mode it requests, with
+    what is left out of the log.
     """
 
     def __init__(self, *, clock: Callable[[], int], name: str = "TwinCAT Logger") -> None:
@@ -154,7 +154,7 @@ class LoggerDevice(_Chronicler):
         super().__init__(name, [messages], clock=clock)
 
     def post(self, message: LogMessage, *, shown: bool = False) -> None:
-        """Show a message and send it to everybody who subscribed; `shown`: the log has it."""
+        """Show a message and send it to all subscribers; `shown`: the log has it."""
         if not shown:
             level = _level(message.kind)
             self.show(level, "%s (port %d): %s", message.sender, message.port, message.text)
@@ -204,8 +204,8 @@ def _level(kind: int) -> int:
 class EventLoggerDevice(LoggerDevice):
     """The event logger takes whatever is written to it and shows it; there is nothing to read.
 
-    No manual tells its services, so every group takes a Write. Events of PLC programs come as
-    messages in group 1, and those who subscribe there get them as from the logger.
+    No manual describes its services, so every group takes a Write. Events of PLC programs come as
+    messages in group 1, and subscribers there get them as from the logger.
     """
 
     def __init__(self, *, clock: Callable[[], int]) -> None:

@@ -61,7 +61,7 @@ ROUTER_FIGURES = (
         "lost_frames",
         READ,
         _U32,
-        "Answers and samples that nobody was there for",
+        "Answers and samples without a receiver",
         read=lambda d: d.router.lost_frames & 0xFFFF_FFFF,
     ),
     Service(

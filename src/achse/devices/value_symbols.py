@@ -59,7 +59,7 @@ class ValueSymbol:
 
 
 class ValueSymbols(ABC):
-    """The symbols of one device, found when the first client asks."""
+    """The symbols of one device, found at the first request."""
 
     version = 1
 
@@ -72,7 +72,7 @@ class ValueSymbols(ABC):
         return types_shown([symbol.type for symbol in self._symbols.values()])
 
     def forget(self) -> None:
-        """Find the symbols again when next asked; clients see another version."""
+        """Find the symbols again at the next request; clients see another version."""
         self.version = self.version % 255 + 1
         for name in ("_symbols", "_symbol_table", "_types", "_type_table"):
             vars(self).pop(name, None)

@@ -52,7 +52,7 @@ class CamshaftDevice(Device):
             lambda offset, length: self._at(offset).read_inputs(offset % IMAGE_STEP, length),
             lambda offset, data: self._at(offset).write_inputs(offset % IMAGE_STEP, data),
             name="inputs of the process image",
-            description=f"Controller n from (n - 1) * 0x{IMAGE_STEP:X} on (ours; the manual tells"
+            description=f"Controller n from (n - 1) * 0x{IMAGE_STEP:X} on (ours; the manual says"
             " the words, 000 §5.5.3)",
         )
         yield AreaGroup(

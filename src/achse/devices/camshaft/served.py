@@ -1,4 +1,4 @@
-"""A camshaft controller as it is served: with its names, and who wakes it."""
+"""A camshaft controller as it is served: with its names and its wake-up."""
 
 from collections.abc import Callable, Mapping
 from typing import Any
@@ -11,7 +11,7 @@ from achse.codes import ReturnCode
 
 
 class ServedCamshaft:
-    """A controller behind the services. `wake()` is called before anyone looks at it: a controller
+    """A controller behind the services. `wake()` is called before each access: a controller
     that does nothing need not calculate."""
 
     def __init__(

@@ -26,7 +26,8 @@ def decode_datagram(data: bytes, read_length: int) -> Datagram:
     command, index, address, length, _ = _HEAD.unpack_from(data)
     size = len(data) - _OVERHEAD
     if length & _LENGTH != size:
-        raise DeviceError(ReturnCode.INVALID_SIZE, f"{size} bytes of data, {length & _LENGTH} told")
+        expected = f"expected {length & _LENGTH} bytes of data, got {size}"
+        raise DeviceError(ReturnCode.INVALID_SIZE, expected)
     if command > _LAST_COMMAND:
         raise DeviceError(ReturnCode.INVALID_DATA, f"command {command}")
     return Datagram(command, address, data[_HEAD.size : -_COUNTER], index)

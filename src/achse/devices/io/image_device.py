@@ -80,7 +80,7 @@ class BusImageDevice(Device):
                 whole,
                 read,
                 name=f"{name} of the bus",
-                description=f"From 0x{base:X} on; where a variable is, its symbol tells",
+                description=f"From 0x{base:X} on; a variable is at the place of its symbol",
                 source="achse",
             )
             yield AreaGroup(

@@ -151,7 +151,7 @@ MASTER_ROWS = (
         MasterGroup.MASTER_STATE,
         "state of the master",
         "Read 0x100: UINT16, 1 Init, 2 PreOp, 4 SafeOp, 8 Op. Write without data: the"
-        " offset is the state asked for",
+        " offset is the requested state",
         _STATE_OFFSET,
         _read_master_state,
         _write_master_state,
@@ -174,7 +174,7 @@ MASTER_ROWS = (
         MasterGroup.SLAVE_STATES,
         "states of slaves",
         "Offset 0: all; a station address: one. State byte and link byte each. Write"
-        " UINT16: state asked for (3 Bootstrap), + 0x10 acknowledges an error",
+        " UINT16: requested state (3 Bootstrap), + 0x10 acknowledges an error",
         _LAST_ADDRESS,
         _read_states,
         _write_state,

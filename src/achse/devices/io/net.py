@@ -10,7 +10,7 @@ from achse.router import Router
 class BusNet:
     """Ports at another NetId than the router's; devices attach here as they would there.
 
-    Requests for a port that nobody has are answered with AMS error 0x6.
+    Requests for a port without a device are answered with AMS error 0x6.
     """
 
     def __init__(self, router: Router, net_id: NetId) -> None:

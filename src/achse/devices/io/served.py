@@ -24,7 +24,7 @@ from achse.ethercat.master.foe_client import FoeRefusal
 from achse.ethercat.master.topology import build_tree
 
 ETHERCAT_DEVICE = 111
-"""Device type of an EtherCAT master; 94 is what a 2.10 system tells in direct mode."""
+"""Device type of an EtherCAT master; 94 is the answer of a 2.10 system in direct mode."""
 
 MASTER_PORT = 0xFFFF
 """Port of the master at the NetId of its bus."""

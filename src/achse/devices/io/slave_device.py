@@ -1,6 +1,6 @@
 """A slave of a bus, at the port of its station address: objects by SDO, descriptions, last errors.
 
-Source: the header of ADS interfaces that the vendor publishes; 002 for blocks that ask here.
+Source: the header of ADS interfaces that the vendor publishes; 002 for blocks that use it.
 """
 
 import struct
@@ -65,7 +65,7 @@ class BusSlaveDevice(Device):
             write=self._write,
             last_offset=_U32,
             description="SDO upload and download; offset = index << 16 | subindex, + 0x100 complete"
-            " access, + 0x200 ten times the time. Longer than asked for is 0x705",
+            " access, + 0x200 ten times the time. Longer than requested is 0x705",
             source=_HEADER,
         )
         for group, name in (
@@ -91,14 +91,14 @@ class BusSlaveDevice(Device):
             description="SoE; offset = IDN | element << 16 | drive << 24",
             source=_HEADER,
         )
-        for group, name, ask in (
+        for group, name, read_write in (
             (SlaveGroup.SDO_SUM_READ, "objects, read", self._sum_read),
             (SlaveGroup.SDO_SUM_WRITE, "objects, written", self._sum_write),
         ):
             yield RawGroup(
                 group,
                 name,
-                read_write=ask,
+                read_write=read_write,
                 last_offset=_MOST_PARTS,
                 request="UINT32 group, offset, length each; for writes the data behind",
                 response="UINT32 result (for reads result and length) each; data",
@@ -114,8 +114,8 @@ class BusSlaveDevice(Device):
             request="UINT32 vendor; UINT16 type; BYTE[n]",
             response="read: UINT32 how many came, UINT32 vendor, UINT16 type, BYTE[n] of the last;"
             " read and write: UINT32 vendor, UINT16 type, BYTE[n]",
-            description="VoE. Write sends, a notification tells what comes; read and write asks and"
-            " waits for the next of that vendor",
+            description="VoE. Write sends, a notification has what comes; read and write"
+            " requests and waits for the next of that vendor",
             source=_HEADER,
         )
         for group, name, operation, request in (
@@ -310,7 +310,7 @@ class BusSlaveDevice(Device):
     # errors
 
     def _note(self, client: bytes, trouble: BusError) -> None:
-        """Keep the last error of a client; those of the clients that asked last stay."""
+        """Keep the last error of a client; those of the most recent clients stay."""
         number = trouble.number if isinstance(trouble, _REFUSALS) else 0
         self._errors.pop(client, None)
         self._errors[client] = number, str(trouble)

@@ -1,6 +1,6 @@
 """Files of a slave over ADS: opened by name, read or written in parts, closed.
 
-A file is read whole from the slave with the first part that is asked for, and written whole when
+A file is read whole from the slave with the first requested part, and written whole when
 it is closed: that is how FoE takes it.
 """
 
@@ -55,7 +55,7 @@ class SlaveFiles:
         self._last = 0
 
     def groups(self) -> Iterator[IndexGroup]:
-        for group, name, ask, request, response in (
+        for group, name, read_write, request, response in (
             (
                 SlaveGroup.FILE_OPEN_READ,
                 "file, opened for reading",
@@ -83,7 +83,7 @@ class SlaveFiles:
             yield RawGroup(
                 group,
                 name,
-                read_write=ask,
+                read_write=read_write,
                 last_offset=_U32,
                 request=request,
                 response=response,
@@ -99,7 +99,7 @@ class SlaveFiles:
             last_offset=_U32,
             request="offset: handle",
             response="UINT32 bytes done, UINT32 bytes in all (0: not known); of a slave that is"
-            " busy UINT32 done, UINT32 in all (0: it does not tell) and its words",
+            " busy UINT32 done, UINT32 in all (0: unknown) and its words",
             description="FoE; while a file is read, or written on closing. Layout ours",
             source=_HEADER,
         )

@@ -1,4 +1,4 @@
-"""Modbus devices, asked for PLC programs."""
+"""Modbus devices, queried for PLC programs."""
 
 from achse.devices.modbus.device import MODBUS_PORT, ModbusDevice
 

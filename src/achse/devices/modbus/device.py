@@ -1,4 +1,4 @@
-"""The Modbus server, AMS port 10500: it asks Modbus devices what blocks of PLC programs want.
+"""The Modbus server, AMS port 10500: it forwards requests of PLC blocks to Modbus devices.
 
 The vendor's numbers of these services are in no manual at hand; these are ours. Errors are those
 of the manual of TF6250, return codes: 0x8000 + exception code, 0x80070000 + number of Windows.
@@ -34,7 +34,7 @@ _REQUEST = struct.Struct("<16sHBBIHHHHI")
 _EXCEPTION = 0x8000
 _WINDOWS = 0x8007_0000
 _LONGEST_S = 60.0
-"""A request waits no longer for its answer, whatever it asks for."""
+"""Longest time that a request waits for its answer, whatever its time-out."""
 
 _ACCESS_DENIED, _BAD_ADDRESS, _RESET, _NO_SUCH_HOST = 10_013, 10_049, 10_054, 11_001
 _NUMBERS: Mapping[int, int] = {
@@ -52,10 +52,10 @@ _NUMBERS: Mapping[int, int] = {
 
 
 class ModbusDevice(Device):
-    """Asks devices for the PLC.
+    """AMS device that queries Modbus devices for the PLC.
 
-    `find(address, port)` tells where a device is that programs name so, or None: then it is not to
-    be asked. `beside()` tells whether the station's loop goes on while a device is asked; in
+    `find(address, port)` returns the device that programs name so, or None: then it must not
+    be queried. `beside()`: True if the station's loop goes on while a device is queried; in
     virtual time the station waits for the answer.
     """
 

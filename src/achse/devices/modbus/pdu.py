@@ -100,7 +100,7 @@ def _check(address: int, quantity: int, most: int) -> None:
 
 
 def _masked(bits: bytes, quantity: int) -> bytes:
-    """Bits without those of the last byte that were not asked for."""
+    """Bits without those of the last byte that were not requested."""
     rest = quantity % 8
     return bits if not rest else bits[:-1] + bytes((bits[-1] & (1 << rest) - 1,))
 

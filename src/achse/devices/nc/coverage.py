@@ -31,7 +31,7 @@ UNSERVED = tuple(
 """Services without a row of their own."""
 
 _OF_AN_IMAGE = (
-    "the place in the image of the bus, for who looks there; `[[drive]]` says where the data are"
+    "the place in the image of the bus, for readers of it; `[[drive]]` says where the data are"
 )
 _INTERNAL = "internal to the NC; no manual prints a bit of it"
 _ONE_MODE = "1, standard, is the only mode that a manual prints; others are refused"
@@ -54,8 +54,8 @@ WITHOUT_EFFECT = {
     "drive_output_address_offset": _OF_AN_IMAGE,
     "drive_mode": _ONE_MODE,
     "drive_control_dword": _INTERNAL,
-    "drive_reset_counter": "how long the NC asks a drive on a bus to reset; the simulated one "
-    "needs no longer than the cycle that asks",
+    "drive_reset_counter": "how long the NC requests a reset of a drive on a bus; the simulated "
+    "one needs no longer than the cycle of the request",
     "drive_dead_time_compensation_control": "times in the structures are relative to the cycle, "
     "on a bus and without one",
     "drive_stepper_mask_cycle7": "no excitation has more than six cycles",
@@ -67,7 +67,7 @@ _CONSTANT = "served; answers a constant"
 _NO_BALL = f"{_CONSTANT}: {_OF_INTERPOLATION}"
 
 OF_PROGRAMS = {
-    "tolerance_ball_radius": f"served; kept and shown only: {_OF_INTERPOLATION}",
+    "tolerance_ball_radius": f"served; stored and shown only: {_OF_INTERPOLATION}",
     "program_load_buffer_size": f"{_CONSTANT}: no program may be longer",
     "interpreter_simulation_mode": f"{_CONSTANT}: the switch is not released",
     "partial_segment_change": _NO_BALL,
@@ -132,5 +132,5 @@ def _answer(row: RowFacts) -> str:
         return f"{_CONSTANT}: {reason}"
     for name in (_PREFIXES.get(row.index_group, "") + row.name, row.name):
         if name in WITHOUT_EFFECT:
-            return f"served; kept and shown only: {WITHOUT_EFFECT[name]}"
+            return f"served; stored and shown only: {WITHOUT_EFFECT[name]}"
     return "served"

@@ -1,7 +1,7 @@
 """Layouts of the NC: numbers as they travel, requests, and structures read straight off an axis.
 
 TwinCAT 2 packs structures, TwinCAT 3 aligns each field to a multiple of its size. Both forms are
-served: a request is understood by its length, an answer has the form whose length was asked for.
+served: a request is understood by its length, an answer has the form of the requested length.
 """
 
 import re
@@ -107,7 +107,7 @@ NO_DATA = _NoData()
 
 
 class _Nothing(_NoData):
-    """A function called without data, beside longer forms: the length tells which was meant."""
+    """A function called without data, beside longer forms: the length selects the form."""
 
     size = 0
 

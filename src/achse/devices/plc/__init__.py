@@ -1,4 +1,4 @@
-"""The PLC on its AMS port: rows of its memory areas, symbols, states, and what its programs ask.
+"""The PLC on its AMS port: rows of its memory areas, symbols, states, and requests of its programs.
 
 Read `device` first: states, `areas` of memory and `symbols`. `calls` are methods and properties as
 clients call them; `requests` are those of PLC programs to other ports, `serving` those that they

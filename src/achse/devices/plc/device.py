@@ -56,8 +56,8 @@ class PlcDevice(Device):
 
     Write Control takes RUN, STOP and RESET: the first two keep all variables, RESET initialises
     them, stops and ends abandoned handles. RUN after a program error is refused with 0x712 until a
-    RESET. SAVE_CONFIG keeps persistent variables as they are, as FB_WritePersistentData asks for.
-    `requests` is what its programs ask others, from the first of its ports.
+    RESET. SAVE_CONFIG keeps persistent variables as they are, as FB_WritePersistentData does.
+    `requests` are those of its programs to others, from the first of its ports.
     """
 
     def __init__(
@@ -88,7 +88,7 @@ class PlcDevice(Device):
         plc.on_online_change(self.symbols_changed)
 
     def attach(self, router: DeviceRouter, port: int) -> AmsAddress:
-        """Answer on `port`, and ask from the first one. Raises RouterError."""
+        """Answer on `port`, and send requests from the first one. Raises RouterError."""
         address = super().attach(router, port)
         if self.program_requests is not None:
             self.program_requests.indications.connect(self._reply)

@@ -1,8 +1,9 @@
-"""ADS requests of PLC programs: the blocks and functions of Tc2_System that ask other AMS ports.
+"""ADS requests of PLC programs: the blocks and functions of Tc2_System that send requests to other
+AMS ports.
 
 A block starts a request in a cycle; it leaves when the cycle has ended, through the router like any
-client's, from the port of the PLC. Answers are kept until the next cycle begins: only then bytes go
-to where the program wants them, so that every run in virtual time is the same.
+client's, from the port of the PLC. Answers are queued until the next cycle begins: only then bytes
+go to where the program wants them, so that every run in virtual time is the same.
 """
 
 import re
@@ -127,7 +128,7 @@ class PlcRequests:
                 entry.done = True
 
     def end_cycle(self) -> None:
-        """Send what the cycle asked for."""
+        """Send the requests of the cycle."""
         self.indications.end_cycle()
         out, self._out = self._out, []
         if self._router is None:
@@ -142,7 +143,7 @@ class PlcRequests:
         self.indications.forget()
 
     def receive(self, frame: Frame) -> None:
-        """An answer came; it waits for the next cycle. One that nobody waits for is dropped."""
+        """An answer came; it waits for the next cycle. An unexpected one is dropped."""
         entry = self._open.get(frame.invoke_id)
         if entry is None or entry.data is not None or entry.error:
             return
@@ -224,7 +225,7 @@ class PlcRequests:
             self._end(block, ReturnCode.CLIENT_INVALID_PARAMETER.number)
             return
         wait_ns = round(block.TMOUT.total_seconds() * 1000) * 1_000_000
-        if len(self._open) >= _MOST_OPEN:  # of blocks that nobody calls, or that are gone
+        if len(self._open) >= _MOST_OPEN:  # of blocks that are no longer called, or are gone
             self._open = {ticket: one for ticket, one in self._open.items() if not one.done}
         block.ticket = self._send_request(
             AmsAddress.of(net_id, block.PORT), outgoing.command, outgoing.request
@@ -271,7 +272,7 @@ class PlcRequests:
 
 
 class _NullPointer(Exception):
-    """Bytes are wanted, or told, and there is no address."""
+    """Bytes are to be read or written, and there is no address."""
 
 
 def _text(value: Any) -> str:
@@ -285,7 +286,7 @@ def _source(plc: BuiltinContext, address: int, size: int) -> bytes:
 
 
 def _read(plc: BuiltinContext, block: Any) -> _BlockRequest:
-    _source(plc, block.DESTADDR, block.LEN)  # it is all there, before anybody is asked
+    _source(plc, block.DESTADDR, block.LEN)  # all bytes exist, before a request is sent
     request = ReadRequest(block.IDXGRP, block.IDXOFFS, block.LEN)
     return _BlockRequest(Command.READ, request, block.DESTADDR, block.LEN)
 

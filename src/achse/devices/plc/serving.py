@@ -1,7 +1,7 @@
 """A PLC as server: requests that its programs answer, by ADSREADIND, ADSREADRES and so on.
 
-Requests to index groups 0x80000000 to 0x80FFFFFF wait for a program that asks for them; the answer
-leaves when the cycle has ended in which the program gave it. Up to 10 of each kind are kept until
+Requests to index groups 0x80000000 to 0x80FFFFFF wait for a program that fetches them; the answer
+leaves when the cycle has ended in which the program gave it. Up to 10 of each kind are queued until
 they are answered, further ones are refused with 0x716. Source: Tc2_System, expanded ADS blocks.
 """
 
@@ -77,7 +77,7 @@ class PlcIndications:
     def take(self, frame: Frame, has_block: Callable[[str], bool]) -> bool:
         """Keep a request for the programs; False if it is not for them.
 
-        `has_block` tells whether the project uses a block of a name.
+        `has_block`: True if the project uses a block of a name.
         """
         name = next(
             (indication for one, indication in _INDICATIONS.items() if one == frame.command), ""
@@ -93,7 +93,7 @@ class PlcIndications:
         try:
             waiting.append(_Waiting(frame, _REQUESTS[command].decode(frame.data)))
         except AdsError:
-            return False  # the device tells what is wrong with it
+            return False  # the device reports what is wrong with it
         return True
 
     def end_cycle(self) -> None:
@@ -104,7 +104,7 @@ class PlcIndications:
                 self._reply(frame)
 
     def forget(self) -> None:
-        """The programs begin again: nobody knows of the requests any more."""
+        """The programs begin again: their requests are dropped."""
         for waiting in self._waiting.values():
             for one in waiting:
                 self._answer(one.frame, ReturnCode.INVALID_STATE.number)

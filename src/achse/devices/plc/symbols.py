@@ -234,7 +234,7 @@ class PlcSymbols:
 
     @cached_property
     def _edition(self) -> int:
-        """A byte of a hash over names, types and places, when it is first asked for."""
+        """A byte of a hash over names, types and places, computed at its first use."""
         state = hashlib.blake2b(digest_size=1)
         for root, (placed, *_) in self._roots.items():
             state.update(

@@ -1,4 +1,4 @@
-"""System service, port 10000: what a client asks first to learn whether a target is alive.
+"""System service, port 10000: the first query of a client, to learn if a target is alive.
 
 Source: 003; 000 §5.1 for files and shutdown; state block, routes and target description as recorded
 from real targets.
@@ -123,8 +123,8 @@ class SystemDevice(Device):
 
     @contextmanager
     def files_beside(self, loop: asyncio.AbstractEventLoop) -> Iterator[None]:
-        """Let a thread do what file services ask of the disk, while `loop` serves clients."""
-        if self.files.worker is not None:  # somebody's already, of another listener
+        """Let a thread do the disk accesses of file services, while `loop` serves clients."""
+        if self.files.worker is not None:  # another listener has one already
             yield
             return
         worker = self.files.worker = FileWorker(loop)
@@ -135,7 +135,7 @@ class SystemDevice(Device):
             worker.stop()
 
     def sweep(self, now_ns: int) -> None:
-        """Drop clients that are gone, and close files that nobody uses any more."""
+        """Drop clients that are gone, and close unused files."""
         super().sweep(now_ns)
         self.files.sweep(now_ns)
         self._processes.sweep()

@@ -1,7 +1,7 @@
-"""File services beside the loop: one thread does what clients ask of the disk, a client at a time.
+"""File services beside the loop: one thread does the disk accesses of clients, a client at a time.
 
 A folder of many files, a large file or a slow disk may take seconds. The loop hands the work over
-and answers when it is done; clients take turns, and what one client asks is done in its order.
+and answers when it is done; clients take turns, and requests of one client are done in their order.
 """
 
 import asyncio

@@ -1,9 +1,9 @@
 """File services of the system service: open, read, write, seek, find, delete, and their handles.
 
-The form of today asks with ReadWrite at groups 120 … 139, the handle in the offset. The older one
+The form of today uses ReadWrite at groups 120 … 139, the handle in the offset. The older one
 opens at 100 … 102 and uses the handle as index group; a file opened by either serves both.
 
-Source: 000 §5.1 for the older form. The groups of today's form are those that clients ask, as
+Source: 000 §5.1 for the older form. The groups of today's form are those that clients use, as
 recorded; its mode bits and what its requests contain are in no manual at hand: they are what the
 file blocks of PLC libraries send.
 """
@@ -64,7 +64,7 @@ _LARGEST_FILE = 1 << 30
 """Bytes to which a client may make a file grow."""
 
 _MOST_FOUND = 400_000
-"""Names that all open searches together still have to tell."""
+"""Names that all open searches together still have to return."""
 
 FIND_ENTRY = struct.Struct("<II3QII8x260s16x")
 """Handle, attributes, times of creation, access and writing, size (high, low), name."""
@@ -307,7 +307,7 @@ class Files:
         return self.read(self.file(offset, client, to="read"), length)
 
     def read(self, file: io.FileIO, length: int) -> bytes:
-        """Up to `length` bytes; what the file has, not what was asked for, decides."""
+        """Up to `length` bytes; the size of the file decides, not the request."""
         with device_errors():
             left = os.fstat(file.fileno()).st_size - file.tell()
             return file.read(max(min(length, left, _LARGEST_READ), 0)) or b""
@@ -376,7 +376,7 @@ class Files:
             raise DeviceError(ReturnCode.INVALID_SIZE, "rename takes two names")
         source = self.folder.path(old, offset >> 16, itself=True)
         target = self.folder.path(new, offset >> 16, itself=True)
-        if target == source:  # to change the case is all that is asked
+        if target == source:  # only the case changes
             target = source.with_name(self.folder.last_name(new, offset >> 16))
         with device_errors():
             if target.exists() or target.is_symlink():
@@ -405,7 +405,7 @@ class Files:
             with device_errors():
                 folder, names = self.folder.matching(data, offset >> 16 or offset)
             if sum(len(other.rest) for other in self._open.values()) + len(names) > _MOST_FOUND:
-                raise DeviceError(ReturnCode.DEVICE_NO_MEMORY, "searches have too much to tell")
+                raise DeviceError(ReturnCode.DEVICE_NO_MEMORY, "searches have too many names left")
             entry = _Open(client, folder=folder, names=names)
             handle = self._keep(entry)
         while entry.rest:

@@ -71,7 +71,7 @@ class Folder:
         """A folder, and the names in it that a pattern means, sorted.
 
         Wildcards are in the last part only; without them it means the one name. Whether what a
-        name stands for is in the folder at all, `holds` tells. Raises DeviceError as `path` does,
+        name stands for is in the folder at all, `holds` returns. Raises DeviceError as `path` does,
         0x70A for a folder with too many names.
         """
         parts = self._parts(pattern, place)

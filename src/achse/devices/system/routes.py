@@ -86,7 +86,7 @@ def _text(data: bytes) -> str:
 class RouteServices:
     """Groups 801 … 803 over a table of routes; changes only if `writable`.
 
-    These requests carry neither user nor password: if they change routes, anyone who reaches the
+    These requests carry neither user nor password: if they change routes, any host that reaches the
     station may. What a change needs is thus a permission of its own.
     """
 
@@ -168,4 +168,4 @@ def _refusals() -> Iterator[None]:
     except RouteError as full:
         raise DeviceError(ReturnCode.NO_MORE_HANDLES, str(full)) from None
     except OSError as failure:
-        raise DeviceError(ReturnCode.DEVICE_ERROR, f"routes are not kept: {failure}") from None
+        raise DeviceError(ReturnCode.DEVICE_ERROR, f"routes are not saved: {failure}") from None

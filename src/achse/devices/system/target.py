@@ -1,4 +1,4 @@
-"""Target description: what engineering tools ask a target to know what it is (group 700)."""
+"""Target description: what engineering tools read to identify a target (group 700)."""
 
 import platform
 from collections.abc import Iterable

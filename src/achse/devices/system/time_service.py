@@ -1,6 +1,6 @@
 """Time service of the system service: the time of day of the station (group 400).
 
-Offset 1 is what NT_GetTime of the PLC libraries asks, offset 6 FB_GetTimeZoneInformation. Which
+Offset 1 serves NT_GetTime of the PLC libraries, offset 6 FB_GetTimeZoneInformation. Which
 offsets and layouts they have is in no manual at hand; the zone is laid out as the library's type.
 """
 

@@ -71,7 +71,7 @@ def _kind(axis: Axis) -> tuple[int, bool] | None:
 
 
 def terminal_of(axis: Axis) -> RegisterTerminal | None:
-    """The terminal that the kinds of drive and encoder tell; None if they tell none."""
+    """The terminal by the kinds of drive and encoder; None if these name none."""
     kind = _kind(axis)
     if kind is None:
         return None

@@ -1,6 +1,6 @@
 """Touch probe services of an encoder, 0x5100 + ID, 0x101 and 0x200 … 0x213. Source: 002 §6.4.5.2.
 
-A row about one probe is answered for probe 1, or as four values when so many bytes are asked for
+A row about one probe is answered for probe 1, or as four values when so many bytes are requested
 (CANopen drives have up to four).
 """
 

@@ -1,6 +1,6 @@
 """Cyclic structures of a channel with an interpreter, 0x2300 + ID (002 §6.4.2.4).
 
-Which layout of the structures is meant, that of TwinCAT 3 or 2, tells the length asked for.
+The requested length selects the layout of the structures, that of TwinCAT 3 or 2.
 """
 
 import struct

@@ -119,7 +119,7 @@ class ChannelFromPlc(NamedTuple):
     """Bit n: blocks that begin with /n are left out."""
     operation_mode: int = 0
     granted: int = 0
-    """Above 0: the M function that is asked for is granted."""
+    """Above 0: the requested M function is granted."""
     override: int = 0
     """Of the axes of its groups; 1,000,000 is 100 %."""
     spindle_override: int = 0

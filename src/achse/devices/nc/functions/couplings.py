@@ -15,7 +15,7 @@ _FIELDS_OF_ONE = 8
 
 
 def _couple(axis: Axis, *request: Any) -> int:
-    """By one master, or by several: the length tells."""
+    """By one master, or by several: the length decides."""
     slave_type, *masters = request[:7]
     if len(request) == _FIELDS_OF_ONE:
         return commands.couple(axis, slave_type, *request[1:])

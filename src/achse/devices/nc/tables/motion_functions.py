@@ -129,7 +129,7 @@ def _read_point_cloud(place: TablePlace, request: Any) -> "array[float]":
 _ALL_SELECTED = 0xF
 """Position, velocity, acceleration, jerk."""
 _MOST_ROWS = 4096
-"""Rows of one answer; who wants more asks again from there on."""
+"""Rows of one answer; a client requests further rows from there on."""
 
 
 MOTION_FUNCTIONS = (
