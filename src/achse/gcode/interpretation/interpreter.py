@@ -2,10 +2,10 @@
 
 How a channel uses it: `advance()` gives the next command of `canon`, or None; then `state` says
 why. At a decoder stop, carry out all commands so far and call `go_ahead` with what the stop
-requests. `advance` runs a limited number of blocks per call, so that an endless loop in a program never
-holds the station: call it again in the next cycle. R parameters, skip mask, zero shifts and tools
-may change between calls; what is already yielded stays as it is, so a program that wants new values
-writes a decoder stop (@714).
+requests. `advance` runs a limited number of blocks per call, so that an endless loop in a program
+never holds the station: call it again in the next cycle. R parameters, skip mask, zero shifts and
+tools may change between calls; what is already yielded stays as it is, so a program that wants new
+values writes a decoder stop (@714).
 """
 
 from collections import deque
