@@ -240,7 +240,7 @@ def expected(nc: Nc, slave: Axis, before: dict[int, float], shifted: float) -> f
             return (given[3] or 1.0) / sin(radians(given[2])) * ways[0]
         case SlaveType.SYNCHRONISING_VELOCITY | SlaveType.SYNCHRONISING_POSITION if runs:
             return given[0] * ways[0]
-        case SlaveType.MODULO_SAW if runs:
+        case SlaveType.MODULO_FLYING_SAW if runs:
             return ways[int(given[0]) - 1]
         case SlaveType.CYCLIC_GEAR:
             return slave.coupling.gear * ways[0]

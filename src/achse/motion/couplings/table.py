@@ -42,7 +42,7 @@ from achse.motion.couplings import (
     multi_master,
     surface_speed,
 )
-from achse.motion.couplings.flying_saws import flying_saw, modulo_saw, synchronising
+from achse.motion.couplings.flying_saws import flying_saw, modulo_flying_saw, synchronising
 from achse.motion.couplings.flying_saws.approach import BY_POSITION
 from achse.motion.couplings.guard import check_step
 from achse.motion.couplings.masters import end_coupling, update_leading_value
@@ -227,12 +227,12 @@ COUPLINGS: tuple[Coupling, ...] = (
         approaches=True,
     ),
     Coupling(
-        "modulo saw",
-        SlaveType.MODULO_SAW.value,
-        modulo_saw.step,
-        modulo_saw.base,
-        check=modulo_saw.check,
-        others=modulo_saw.others,
+        "modulo flying saw",
+        SlaveType.MODULO_FLYING_SAW.value,
+        modulo_flying_saw.step,
+        modulo_flying_saw.base,
+        check=modulo_flying_saw.check,
+        others=modulo_flying_saw.others,
         moving=True,
         stops=True,
     ),

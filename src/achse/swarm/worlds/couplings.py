@@ -97,7 +97,7 @@ class _RareOperator:
         share = self.draws.decades(-1.0, 2.0)
         self.call(self.slave, "couple", 15, self.master, 0, 0, share, 0.0, 0.0, 0.0)
 
-    def modulo_saw(self) -> None:
+    def modulo_flying_saw(self) -> None:
         self.call(
             self.slave, "couple", 12, self.master, 0, 0, self.draws.choice((0, 1, 1, 2)),
             self.third, self.draws.uniform(0.05, 1.0), 0.0,
@@ -123,7 +123,7 @@ class _RareOperator:
         draws.choice(
             (
                 self.saw_by_parameters, self.universal_saw, self.universal_saw, self.universal_saw,
-                self.cyclic_gear, self.modulo_saw, self.bilinear,
+                self.cyclic_gear, self.modulo_flying_saw, self.bilinear,
             )
         )()  # fmt: skip
         if not moves_before:

@@ -5,10 +5,10 @@ import pytest
 from achse.codes import NcError
 from achse.motion.couplings.flying_saws.approach import quintic
 from achse.motion.couplings.flying_saws.course import SlaveCourse, course_over_master
-from achse.motion.couplings.flying_saws.sync_checks import SawLimits, check_course
+from achse.motion.couplings.flying_saws.sync_checks import FlyingSawLimits, check_course
 from achse.motion.states import SynchronisingBit as Bit
 
-FREE = SawLimits(1e9, 1e9, 1e9, 1e9)
+FREE = FlyingSawLimits(1e9, 1e9, 1e9, 1e9)
 
 
 def course(
@@ -78,10 +78,10 @@ def test_a_limit_that_is_just_kept_and_one_that_is_not(
 def test_acceleration_and_deceleration_are_told_apart() -> None:
     grows, shrinks = FAST.strongest()
     both = Bit.MAX_ACCELERATION | Bit.MAX_DECELERATION | Bit.DETAILED_ERROR_CODES
-    assert check_course(FAST, both, SawLimits(1e9, grows, shrinks, 1e9)) == 0
-    answer = check_course(FAST, both, SawLimits(1e9, 0.99 * grows, shrinks, 1e9))
+    assert check_course(FAST, both, FlyingSawLimits(1e9, grows, shrinks, 1e9)) == 0
+    answer = check_course(FAST, both, FlyingSawLimits(1e9, 0.99 * grows, shrinks, 1e9))
     assert answer == NcError.SAW_ACCELERATION
-    answer = check_course(FAST, both, SawLimits(1e9, grows, 0.99 * shrinks, 1e9))
+    answer = check_course(FAST, both, FlyingSawLimits(1e9, grows, 0.99 * shrinks, 1e9))
     assert answer == NcError.SAW_DECELERATION
 
 

@@ -215,9 +215,9 @@ def _check_parameters(
 def change_coupling(slave: Axis, *parameters: float) -> int:
     """Change the parameters of a coupling at work (0x42).
 
-    A new ratio of a gear, a bi-linear slave or a saw that runs with its master acts at once: the
-    velocity jumps, the position does not. 0x425B if the slave may not be that fast, 0x4229 if it
-    could not stop before a soft limit.
+    A new ratio of a gear, a bi-linear slave or a flying saw that runs with its master acts at once:
+    the velocity jumps, the position does not. 0x425B if the slave may not be that fast, 0x4229 if
+    it could not stop before a soft limit.
     """
     law = law_of(slave.coupling.law)
     if law is None or law.check is None:

@@ -14,7 +14,7 @@ from achse.motion.couplings.flying_saws.course import (
     course_by_time,
     course_over_master,
 )
-from achse.motion.couplings.flying_saws.sync_checks import SawLimits, check_course
+from achse.motion.couplings.flying_saws.sync_checks import FlyingSawLimits, check_course
 from achse.motion.couplings.masters import as_leader
 from achse.motion.fields.synchronising import SYNC_SPANS, SYNC_TERMS
 from achse.motion.record import AxisFields
@@ -35,7 +35,7 @@ class _Request(NamedTuple):
     gear: float
     master_position: float
     slave_position: float
-    limits: SawLimits
+    limits: FlyingSawLimits
     mask: int
 
 
@@ -117,9 +117,9 @@ def synchronise(
 
 def _limits(
     slave: Axis, velocity: float, acceleration: float, deceleration: float, jerk: float
-) -> SawLimits:
+) -> FlyingSawLimits:
     encoder = slave.encoder
-    return SawLimits(
+    return FlyingSawLimits(
         velocity or slave.max_velocity,
         acceleration or slave.default_acceleration,
         deceleration or slave.default_deceleration,

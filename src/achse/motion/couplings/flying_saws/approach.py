@@ -30,7 +30,7 @@ STOPPING = 4
 SETTLING = 6
 """Methods that make the set point: nothing, a path over the master, a change over in time, the
 gear, a stop because the master reversed, the end of a change over to a master that trembles. Number
-5 is that of a modulo saw.
+5 is that of a modulo flying saw.
 """
 
 

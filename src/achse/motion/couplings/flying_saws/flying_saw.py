@@ -3,8 +3,8 @@
 With positions (004 §3.1.4) the slave stands until the master is twice the slave's way before the
 place where both meet, and then gains its velocity: as a line (type 2) or without a jump of its
 acceleration (type 3). Type 2 without positions changes over to the velocity at once, by the
-dynamics of the axis (002 §6.4.9). A saw at an angle to its master is faster by 1 / sin angle; 90
-degrees are along the master.
+dynamics of the axis (002 §6.4.9). A flying saw at an angle to its master is faster by 1 / sin
+angle; 90 degrees are along the master.
 
 Kernel source: compiled as it stands, see `achse.motion.compiled`.
 """
@@ -41,7 +41,7 @@ from achse.motion.states import SlaveType
 
 _DEGREE = 0.017453292519943295
 _ALONG = 90.0
-_LEAST_ANGLE = 1e-6  # nearer to the normal of the path no saw keeps up with its master
+_LEAST_ANGLE = 1e-6  # nearer to the normal of the path no slave keeps up with its master
 _LARGEST_GEAR = 1e6
 
 
@@ -56,7 +56,7 @@ def _gear(parameters: Sequence[float]) -> float:
 
 
 def _by_velocity(slave_type: int, parameters: Sequence[float]) -> bool:
-    """Return True if the saw synchronises with the velocity alone."""
+    """Return True if the slave synchronises with the velocity alone."""
     return (
         slave_type == SlaveType.FLYING_SAW_VELOCITY
         and parameters[0] == 0.0
@@ -114,7 +114,7 @@ def _check(
 ) -> int:
     """The angle is above 0 and not above 90 degrees; the master has to be before where it begins.
 
-    A saw on its way by position takes no other parameters; one that runs with its master takes
+    A slave on its way by position accepts no other parameters; one that runs with its master takes
     another gear alone.
     """
     angle = parameters[2]
@@ -152,12 +152,12 @@ def check_position(
 
 
 def check_change(ax: AxisFields, rows: NcRows, parameters: Sequence[float], dt: float) -> int:
-    """Return the code that refuses another gear of a saw that runs with its master, or 0."""
+    """Return the code that refuses another gear of a slave that runs with its master, or 0."""
     return check_gear(ax, rows, _gear(parameters), dt)
 
 
 def change(ax: AxisFields, rows: NcRows) -> None:
-    """New parameters: another gear acts at once; a saw that waits, waits by the new ones."""
+    """New parameters: another gear acts at once; a waiting slave waits by the new ones."""
     gear = _gear(ax.coupling.parameters)
     if ax.sync.method == LINEAR:
         run_with(ax, ax.set.position, leading_position(ax, rows, 0), gear)

@@ -22,7 +22,7 @@ _GROWS, _SHRINKS = NcError.SAW_ACCELERATION, NcError.SAW_DECELERATION
 _JERK, _JERK_BACK = NcError.SAW_MAX_JERK, NcError.SAW_MIN_JERK
 
 
-class SawLimits(NamedTuple):
+class FlyingSawLimits(NamedTuple):
     """Limits of a slave while it synchronises; soft limits are None where there is none."""
 
     velocity: float
@@ -43,7 +43,7 @@ class _Check(NamedTuple):
     code: NcError
 
 
-def _positions(course: SlaveCourse, limits: SawLimits) -> Iterator[_Check]:
+def _positions(course: SlaveCourse, limits: FlyingSawLimits) -> Iterator[_Check]:
     start, target = course.begin(0), course.end(0)
     least, most = course.least(0).value, course.most(0).value
     scale = max(abs(start), abs(target), abs(target - start), 1.0)
@@ -75,7 +75,7 @@ def _velocities(course: SlaveCourse) -> Iterator[_Check]:
     yield _Check(bit, 0.0, least, scale, NcError.SAW_VELOCITY_NEGATIVE)
 
 
-def _dynamics(course: SlaveCourse, limits: SawLimits) -> Iterator[_Check]:
+def _dynamics(course: SlaveCourse, limits: FlyingSawLimits) -> Iterator[_Check]:
     grows, shrinks = course.strongest()
     for bit, value, limit, code in (
         (SynchronisingBit.MAX_VELOCITY, course.most(1).value, limits.velocity, _FORWARDS),
@@ -89,7 +89,7 @@ def _dynamics(course: SlaveCourse, limits: SawLimits) -> Iterator[_Check]:
 
 
 def check_course(
-    course: SlaveCourse, mask: int, limits: SawLimits, *, nominal: bool = False
+    course: SlaveCourse, mask: int, limits: FlyingSawLimits, *, nominal: bool = False
 ) -> int:
     """Code of the first check of the mask that the course fails, or 0.
 
