@@ -231,7 +231,7 @@ def test_what_is_not_acknowledged_is_repeated_then_given_up(baud: int, patience:
     now = end.deadline or 0.0
     end.due(now)
     assert end.take(now) == RESET
-    assert list(end.given_up) == [REQUEST]
+    assert list(end.undelivered) == [REQUEST]
     assert end.deadline is None
     end.send(ANSWER, now + 1)
     assert end.take(now + 1) == RESET + data(5, ANSWER)
@@ -314,8 +314,8 @@ def test_each_packet_arrives_once_or_is_given_up(seed: int) -> None:
         assert len(set(came[side])) == len(came[side]), "a packet came twice"
         positions = [wanted[side].index(packet) for packet in came[side]]
         assert positions == sorted(positions)
-        given_up = set(ends[side].given_up)
-        assert set(wanted[side]) - set(came[side]) <= given_up
+        undelivered = set(ends[side].undelivered)
+        assert set(wanted[side]) - set(came[side]) <= undelivered
         if not max(faults):
             assert came[side] == wanted[side]
-            assert not given_up
+            assert not undelivered

@@ -135,7 +135,7 @@ class Attack:
         assert slave.eoe is not None
         assert slave.voe is not None
         sdo, mailbox, aoe, eoe, voe = slave.sdo, slave.mailbox, slave.aoe, slave.eoe, slave.voe
-        mailbox.pieces = dice.random() < 0.5
+        mailbox.split_writes = dice.random() < 0.5
         answer = 50_000_000
         steps = dice.choice(
             (

@@ -100,7 +100,7 @@ class SerialEnd:
     """One end of a line; both ends are alike.
 
     `send` queues packets, `take` gives the bytes that are to go out now, `receive` the packets that
-    came. `given_up` has the unacknowledged ones: they may have arrived all the same.
+    came. `undelivered` has the unacknowledged ones: they may have arrived all the same.
     A new end begins with a reset, so that the other one takes its first number, which is drawn by
     chance: the first frame of a program that is started again is not taken for the last one's.
     """
@@ -110,7 +110,7 @@ class SerialEnd:
             raise ValueError(f"a line has 1 baud or more, got {baud}")
         self.baud = baud
         self.address = address
-        self.given_up: deque[bytes] = deque()
+        self.undelivered: deque[bytes] = deque()
         """Packets sent in vain, oldest first; the reader takes them out."""
         self.sent_packets = self.received_packets = self.repeated_frames = self.spoiled_frames = 0
         """Packets acknowledged and passed on, frames sent again, frames and bytes of no use."""
@@ -151,10 +151,10 @@ class SerialEnd:
         self._next(now)
 
     def give_up(self) -> None:
-        """The line is gone: what is not acknowledged goes to `given_up`."""
+        """The line is gone: what is not acknowledged goes to `undelivered`."""
         if self._waiting is not None:
-            self.given_up.append(self._waiting.data)
-        self.given_up += self._queue
+            self.undelivered.append(self._waiting.data)
+        self.undelivered += self._queue
         self._queue.clear()
         self._queued = 0
         self._waiting, self._repeat_at, self._begins = None, None, True
@@ -229,7 +229,7 @@ class SerialEnd:
             self.repeated_frames += 1
             self._send_waiting(now)
             return
-        self.given_up.append(self._waiting.data)
+        self.undelivered.append(self._waiting.data)
         # Never between two sendings of a frame: the other end would take it twice.
         self._put(SerialFrame(FrameKind.RESET, 0, b"", self.address), now)
         self._waiting, self._repeat_at, self._begins = None, None, True

@@ -28,7 +28,7 @@ _EVERY_MESSAGE = 0xFFFF
 
 _HEADER = struct.Struct("<QII16sI")
 _LONGEST = 4096
-_KEPT = 1024
+_BUFFERED = 1024
 """Messages buffered for subscribers; one that is further behind misses the oldest."""
 
 
@@ -138,8 +138,8 @@ class LoggerDevice(_Chronicler):
     """
 
     def __init__(self, *, clock: Callable[[], int], name: str = "TwinCAT Logger") -> None:
-        self._messages: list[bytes] = [b""] * _KEPT
-        """The newest, each at its number modulo `_KEPT`; all subscriptions read the same."""
+        self._messages: list[bytes] = [b""] * _BUFFERED
+        """The newest, each at its number modulo `_BUFFERED`; all subscriptions read the same."""
         self._posted = 0
         messages = RawGroup(
             _MESSAGES,
@@ -158,7 +158,7 @@ class LoggerDevice(_Chronicler):
         if not shown:
             level = _level(message.kind)
             self.show(level, "%s (port %d): %s", message.sender, message.port, message.text)
-        self._messages[self._posted % _KEPT] = message.encode()
+        self._messages[self._posted % _BUFFERED] = message.encode()
         self._posted += 1
 
     def _write(self, offset: int, data: bytes, client: bytes) -> None:
@@ -180,8 +180,8 @@ class LoggerDevice(_Chronicler):
         def next_message() -> bytes:
             nonlocal following, latest
             if following < self._posted:
-                following = max(following, self._posted - _KEPT)
-                latest = self._messages[following % _KEPT][:length]
+                following = max(following, self._posted - _BUFFERED)
+                latest = self._messages[following % _BUFFERED][:length]
                 following += 1
             return latest
 

@@ -230,9 +230,9 @@ class Esc:
             done |= self._write_ram(base, end, data[base - address :])
         return done
 
-    def _pieces(self, address: int, end: int) -> list[tuple[SyncManager | None, int, int]]:
+    def _guarded_ranges(self, address: int, end: int) -> list[tuple[SyncManager | None, int, int]]:
         """The parts of an access to process data memory, by their SyncManager."""
-        pieces: list[tuple[SyncManager | None, int, int]] = []
+        ranges: list[tuple[SyncManager | None, int, int]] = []
         while address < end:
             stop = end
             guard = None
@@ -243,32 +243,33 @@ class Esc:
                     break
                 if address < each.start < stop:
                     stop = each.start
-            pieces.append((guard, address, stop))
+            ranges.append((guard, address, stop))
             address = stop
-        return pieces
+        return ranges
 
     def _read_ram(self, address: int, end: int) -> bytes | None:
         if end > self.ram_end:
             return None
-        pieces = self._pieces(address, end)
-        if any(guard and not guard.accepts(write=False) for guard, _, _ in pieces):
+        ranges = self._guarded_ranges(address, end)
+        if any(guard and not guard.accepts(write=False) for guard, _, _ in ranges):
             return None
         return b"".join(
             [
                 guard.read(low - guard.start, high - low) if guard else bytes(self.memory[low:high])
-                for guard, low, high in pieces
+                for guard, low, high in ranges
             ]
         )
 
     def _may_write_ram(self, address: int, end: int) -> bool:
         return end <= self.ram_end and all(
-            guard is None or guard.accepts(write=True) for guard, _, _ in self._pieces(address, end)
+            guard is None or guard.accepts(write=True)
+            for guard, _, _ in self._guarded_ranges(address, end)
         )
 
     def _write_ram(self, address: int, end: int, data: bytes | bytearray) -> bool:
         if not self._may_write_ram(address, end):
             return False
-        for guard, low, high in self._pieces(address, end):
+        for guard, low, high in self._guarded_ranges(address, end):
             part = data[low - address : high - address]
             if guard:
                 guard.write(low - guard.start, part)

@@ -25,7 +25,7 @@ _DOWNLOAD_SEGMENT, _DOWNLOAD, _UPLOAD, _UPLOAD_SEGMENT, _ABORT = range(5)
 _TOGGLE = 0x10
 _COMPLETE = 0x10
 _EXPEDITED = 0x02
-_SIZE_GIVEN = 0x01
+_SIZE_INDICATED = 0x01
 _LAST = 0x01
 
 
@@ -106,13 +106,13 @@ class SdoServer:
         command = 0x40 | _COMPLETE * complete
         size = len(value)
         if 0 < size <= 4:
-            command |= _EXPEDITED | _SIZE_GIVEN | 4 - size << 2
+            command |= _EXPEDITED | _SIZE_INDICATED | 4 - size << 2
             return _HEAD.pack(command, index, subindex) + value.ljust(4, b"\0")
         room = capacity - _WITH_NUMBER.size
         if size > room:
             rest = bytearray(value[room:])
             self._transfer = _Transfer(True, index, subindex, complete, rest)
-        return _WITH_NUMBER.pack(command | _SIZE_GIVEN, index, subindex, size) + value[:room]
+        return _WITH_NUMBER.pack(command | _SIZE_INDICATED, index, subindex, size) + value[:room]
 
     def _send_segment(self, transfer: _Transfer, capacity: int) -> bytes:
         part = transfer.data[: capacity - 1]
@@ -131,7 +131,7 @@ class SdoServer:
         self, command: int, index: int, subindex: int, complete: bool, request: bytes
     ) -> bytes:
         if command & _EXPEDITED:
-            if command & _SIZE_GIVEN:
+            if command & _SIZE_INDICATED:
                 size = 4 - (command >> 2 & 3)
             else:
                 size = min(self._size(index, subindex), 4)

@@ -121,7 +121,7 @@ class Segment:
         self._clocked: list[Slave] = []
         """The slaves with distributed clocks, in processing order."""
         self._in_step: tuple[int, int, int] | None = None
-        """Changes, lead of the reference time, bits, with which no clock differed at last."""
+        """Changes, offset of the reference time, bits, with which no clock differed at last."""
         self.extend(slaves)
 
     # topology
@@ -542,8 +542,8 @@ class Segment:
         bits = 8 * (place.stop - begin)
         if self._in_step is not None and [*addressed] == clocked[:1]:
             _read(clocked[0], buffer, _SYSTEM_TIME, begin, end)
-            lead = int.from_bytes(buffer[place], "little") - self.time.now_ns
-            if self._in_step == (self.time.changes, lead, bits):
+            offset_ns = int.from_bytes(buffer[place], "little") - self.time.now_ns
+            if self._in_step == (self.time.changes, offset_ns, bits):
                 return len(self._order)
         for slave in addressed:
             if not slave.esc.has_clock:

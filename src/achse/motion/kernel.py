@@ -37,7 +37,7 @@ from achse.motion.setpoints.limits import adapt_limits
 from achse.motion.setpoints.phasing import shift_phase
 from achse.motion.setpoints.setpoint import follow_segment, generate, show_remaining
 
-_KEPT = ~(BY_PARAMETERS | Feature.PARAMETERS.value)
+_STORED_FEATURES = ~(BY_PARAMETERS | Feature.PARAMETERS.value)
 """Features that a change of parameters does not switch."""
 
 _LEADING = Feature.EXTERNAL_SETPOINT.value | Feature.OPERATION_MODE.value
@@ -51,7 +51,7 @@ def adapt(ax: AxisFields, dt: float) -> None:
     adapt_controller(ax)
     adapt_limits(ax)
     ax.operation_mode_state_dword = operation_mode(ax)
-    ax.features = ax.features & _KEPT | _by_parameters(ax)
+    ax.features = ax.features & _STORED_FEATURES | _by_parameters(ax)
 
 
 def _by_parameters(ax: AxisFields) -> int:

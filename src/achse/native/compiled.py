@@ -203,8 +203,8 @@ def _bound(
     """Return a function of the last arguments; the first are in a block with room for all."""
     words = array("q", bytes(8 * len(kinds)))
     place = ctypes.c_void_p(words.buffer_info()[0])
-    reals = memoryview(words).cast("B").cast("d")
-    views: list[Any] = [reals if kind is ctypes.c_double else words for kind in kinds]
+    floats = memoryview(words).cast("B").cast("d")
+    views: list[Any] = [floats if kind is ctypes.c_double else words for kind in kinds]
     for n, argument in enumerate(arguments):
         views[n][n] = argument
     first = len(arguments)

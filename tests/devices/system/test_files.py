@@ -281,7 +281,7 @@ def test_a_search_that_has_too_much_to_tell_is_refused(
 ) -> None:
     for number in range(5):
         (root / f"{number}.txt").touch()
-    monkeypatch.setattr("achse.devices.system.files._MOST_FOUND", 10)
+    monkeypatch.setattr("achse.devices.system.files._MOST_MATCHES", 10)
     client.exchange(133, 1, 324, b"*")
     with refused(0x70A):
         client.exchange(133, 1, 324, b"*")

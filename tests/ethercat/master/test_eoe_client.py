@@ -24,13 +24,13 @@ IP = IpSettings(b"\x02\0\0\0\0\x07", IPv4Address("10.0.0.7"), IPv4Address("255.0
 @settings(max_examples=15, deadline=None)
 @given(FRAMES, FRAMES, st.booleans(), st.lists(st.integers(0, 40), max_size=3))
 def test_frames_travel_both_ways(
-    out: list[bytes], back: list[bytes], pieces: bool, lost: list[int]
+    out: list[bytes], back: list[bytes], split: bool, lost: list[int]
 ) -> None:
     """All parameters drawn; frames of the bus that are lost cost none."""
     ours = Bus(1, {}, {}, Messenger).up(AlState.PREOP)
     slave, device = ours.master.slaves[0], ours.line[0]
     assert slave.eoe is not None and slave.mailbox is not None  # noqa: PT018
-    slave.mailbox.pieces = pieces
+    slave.mailbox.split_writes = split
     came: list[bytes] = []
     slave.eoe.take = came.append
     ours.segment.disturbance = Disturbance()

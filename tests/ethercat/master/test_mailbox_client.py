@@ -53,14 +53,14 @@ def test_a_message_longer_than_the_mailbox_is_refused(bus: Callable[..., Any]) -
 
 
 @pytest.mark.parametrize("size", [1, 7, 230, 243, 244, 245, 500, 1200])
-def test_messages_in_pieces_carry_the_same(bus: Callable[..., Any], size: int) -> None:
+def test_split_messages_carry_the_same(bus: Callable[..., Any], size: int) -> None:
     """Of any length, those that fill the mailbox to its last byte too."""
     data = bytes(range(256)) * 5
     passed = []
-    for pieces in (False, True):
+    for split in (False, True):
         ours = bus(1, {}).up(AlState.PREOP)
         slave = ours.master.slaves[0]
-        slave.mailbox.pieces = pieces
+        slave.mailbox.split_writes = split
         ours.segment.counters.frames = 0
         ours.do(slave.sdo.download(0x2000, 0, data[:size]))
         assert ours.line[0].text == data[:size]
@@ -70,31 +70,31 @@ def test_messages_in_pieces_carry_the_same(bus: Callable[..., Any], size: int) -
     assert passed[0] == passed[1]
 
 
-def test_pieces_are_set_by_the_configuration(bus: Callable[..., Any]) -> None:
+def test_split_writes_are_set_by_the_configuration(bus: Callable[..., Any]) -> None:
     from dataclasses import replace
 
     from achse.ethercat.master import BusConfiguration, Master, Ring
 
     ours = bus(2)
-    slaves = tuple(replace(each, mailbox_pieces=True) for each in ours.master.bus.slaves)
+    slaves = tuple(replace(each, split_mailbox_writes=True) for each in ours.master.bus.slaves)
     ours.master = Master(BusConfiguration(slaves, cycle_ns=1_000_000))
     ours.ring = Ring(ours.master, ours.segment)
     ours.up()
     ours.line[1].emergencies.append(b"\x20\x43\x01abcde")
     ours.run(20)
     assert ours.kinds().count("EMERGENCY") == 1
-    assert ours.master.slaves[1].mailbox.pieces
+    assert ours.master.slaves[1].mailbox.split_writes
 
 
-@pytest.mark.parametrize("pieces", [False, True])
+@pytest.mark.parametrize("split", [False, True])
 @pytest.mark.parametrize("lose", [1, 2])
 @pytest.mark.parametrize("after", range(12))
 def test_a_lost_frame_at_any_moment_costs_no_answer(
-    bus: Callable[..., Any], after: int, lose: int, pieces: bool
+    bus: Callable[..., Any], after: int, lose: int, split: bool
 ) -> None:
     """The message is asked for again by the repeat bit, or sent again with the same counter."""
     ours = bus().up(AlState.PREOP)
-    ours.master.slaves[0].mailbox.pieces = pieces
+    ours.master.slaves[0].mailbox.split_writes = split
     ours.segment.disturbance = Disturbance()
     slave = ours.master.slaves[0]
     ours.line[0].text = bytes(range(256)) * 3

@@ -11,11 +11,11 @@ from achse.drive import Drive
 from achse.ethercat import Loopback, Segment, Slave, describe
 from achse.ethercat.master import BusConfiguration, Master, Ring
 from achse.ethercat.master.errors import FrameLost
-from achse.ethercat.master.scanning import FoundSlave, scan_bus
+from achse.ethercat.master.scanning import ScannedSlave, scan_bus
 from achse.ethercat.master.traffic import AcyclicTraffic
 
 
-def scan(segment: Segment, **options: Any) -> list[FoundSlave]:
+def scan(segment: Segment, **options: Any) -> list[ScannedSlave]:
     """Scan a segment, with traffic of its own."""
     traffic = AcyclicTraffic(5_000_000)
     job = traffic.start(scan_bus(**options))

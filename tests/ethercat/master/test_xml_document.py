@@ -78,7 +78,7 @@ def test_dropped_elements_take_no_room(rows: list[list[bool]]) -> None:
     with pytest.MonkeyPatch.context() as patch:
         kept = sum(len(row) + 2 for row in rows if any(row))
         largest = max((len(row) + 2 for row in rows), default=0)
-        patch.setattr("achse.ethercat.master.xml_document._MOST_KEPT", kept + largest + 1)
+        patch.setattr("achse.ethercat.master.xml_document._MOST_IN_TREE", kept + largest + 1)
         root = parse_xml(data, handlers={"a/b": handle})
     assert len(root) == sum(map(any, rows))
     assert b"\n".join(seen) == text.strip().encode()

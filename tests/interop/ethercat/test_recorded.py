@@ -13,7 +13,7 @@ import pytest
 
 from achse.ethercat import Segment
 from achse.ethercat.frame import EthercatFrame
-from achse.ethercat.master.scanning import FoundSlave, scan_bus
+from achse.ethercat.master.scanning import ScannedSlave, scan_bus
 from achse.ethercat.master.traffic import AcyclicTraffic, same_request
 from tests.interop.ethercat.recorded import (
     Recorded,
@@ -51,7 +51,7 @@ def test_each_frame_is_read_and_answers_are_known_as_such(capture: Path) -> None
             assert all(map(same_request, sent, frame.datagrams))
 
 
-def scanned(found: list[Recorded]) -> list[FoundSlave]:
+def scanned(found: list[Recorded]) -> list[ScannedSlave]:
     """What our master finds on a segment of these slaves."""
     segment = Segment(map(recorded_slave, found))
     traffic = AcyclicTraffic(10 * MS)

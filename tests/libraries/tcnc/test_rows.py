@@ -18,7 +18,7 @@ from achse.codes.nc.structures import FROM_PLC, TO_PLC
 from achse.devices.nc import NcDevice
 from achse.devices.nc.axes.structures import NC_TO_PLC_TC2, PLC_TO_NC
 from achse.iec import StructType, resolved
-from achse.motion.couplings.masters import ALONE, BOTH, FOLLOWS, LEADS
+from achse.motion.couplings.masters import MASTER, MASTER_AND_SLAVE, SINGLE, SLAVE
 from achse.st.declared.standard import standard_libraries
 from achse.st.syntax.units import Function, FunctionBlock, TypeDeclaration
 from achse.station import Station
@@ -266,7 +266,7 @@ def test_an_enumeration_as_printed(name: str) -> None:
 def test_numbers_that_the_nc_shows() -> None:
     shown = {
         "HomingState (nCalibrationState)": {int(each) for each in HomingState},
-        "CoupleState (nCoupleState)": {ALONE, LEADS, BOTH, FOLLOWS},
+        "CoupleState (nCoupleState)": {SINGLE, MASTER, MASTER_AND_SLAVE, SLAVE},
         "AxisState master, continuous (servo)": set(range(6)) | {41, 42},
         "AxisState master, discrete (high/low speed)": set(range(5)),
         "AxisState slave, continuous (servo)": {0, 11, 12, 13},

@@ -12,7 +12,7 @@ from achse.drive.identity import VENDOR
 from achse.ethercat import describe
 from achse.ethercat.master import SlaveConfiguration, from_description
 from achse.ethercat.master.bus_slave import SlaveFacts
-from achse.ethercat.master.scanning import FoundSlave
+from achse.ethercat.master.scanning import ScannedSlave
 from achse.ethercat.master.sii_reader import SiiContent
 from achse.station.buses.plan import BusPlan, make_terminal
 from achse.station.configuration.bus import BusConfig, DriveConfig
@@ -33,10 +33,10 @@ def plan_of(drives: list[dict[str, Any]], terminals: list[dict[str, Any]] | None
     )
 
 
-def found(place: int, configuration: SlaveConfiguration, trouble: str = "") -> FoundSlave:
+def found(place: int, configuration: SlaveConfiguration, trouble: str = "") -> ScannedSlave:
     identity = (configuration.vendor_id, configuration.product_code, 1, 0)
     facts = SlaveFacts(identity=identity)
-    return FoundSlave(place, 1001 + place, facts, b"", SiiContent(), configuration, trouble)
+    return ScannedSlave(place, 1001 + place, facts, b"", SiiContent(), configuration, trouble)
 
 
 def a_drive(**changes: Any) -> SlaveConfiguration:

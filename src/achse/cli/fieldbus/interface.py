@@ -13,7 +13,7 @@ from achse.cli.target import Json
 
 if TYPE_CHECKING:
     from achse.ethercat.master.esi_reader import EsiDevice
-    from achse.ethercat.master.scanning import FoundSlave
+    from achse.ethercat.master.scanning import ScannedSlave
     from achse.ethercat.master.steps import Steps
 
 T = TypeVar("T")
@@ -130,7 +130,7 @@ def _progress() -> Callable[[int, int], None]:
     return show
 
 
-def _bits(found: "FoundSlave") -> tuple[int, int]:
+def _bits(found: "ScannedSlave") -> tuple[int, int]:
     managers = found.configuration.sync_managers
     sizes = {
         output: sum(found.configuration.bits(each) for each in managers if each.output == output)
@@ -139,7 +139,7 @@ def _bits(found: "FoundSlave") -> tuple[int, int]:
     return sizes[True], sizes[False]
 
 
-def _as_json(found: "FoundSlave") -> dict[str, Any]:
+def _as_json(found: "ScannedSlave") -> dict[str, Any]:
     outputs, inputs = _bits(found)
     names = ("vendor", "product", "revision", "serial")
     return {

@@ -32,8 +32,8 @@ _INDICATIONS = {
 """The blocks that take requests, by the command."""
 
 
-_Asked = ReadRequest | WriteRequest | ReadWriteRequest
-_REQUESTS: Mapping[Command, type[_Asked]] = {
+_DataRequest = ReadRequest | WriteRequest | ReadWriteRequest
+_REQUESTS: Mapping[Command, type[_DataRequest]] = {
     Command.READ: ReadRequest,
     Command.WRITE: WriteRequest,
     Command.READ_WRITE: ReadWriteRequest,
@@ -45,7 +45,7 @@ class _Waiting:
     """A request that is not answered yet."""
 
     frame: Frame
-    request: _Asked
+    request: _DataRequest
     is_taken: bool = False
 
 

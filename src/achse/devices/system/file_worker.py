@@ -30,7 +30,7 @@ _PATIENCE = 1.0
 """Seconds that `stop` waits for what is being done: a disk may hang."""
 
 
-def _nobody(_: Result) -> None:
+def _no_client(_: Result) -> None:
     """Nobody wants to know the result."""
 
 
@@ -79,7 +79,7 @@ class FileWorker:
             job()
             return b""
 
-        self._put(client, 0, done, _nobody)
+        self._put(client, 0, done, _no_client)
 
     def stop(self) -> None:
         """Forget all that waits and end the thread."""
@@ -116,7 +116,7 @@ class FileWorker:
         while (taken := self._take()) is not None:
             size, job, answer = taken
             result, length = _done(job)
-            has_client = answer is not _nobody
+            has_client = answer is not _no_client
             with self._changed:
                 self._bytes -= size
                 self._result_bytes += length if has_client else 0

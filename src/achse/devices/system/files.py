@@ -63,7 +63,7 @@ _LARGEST_READ = 16 << 20
 _LARGEST_FILE = 1 << 30
 """Bytes to which a client may make a file grow."""
 
-_MOST_FOUND = 400_000
+_MOST_MATCHES = 400_000
 """Names that all open searches together still have to return."""
 
 FIND_ENTRY = struct.Struct("<II3QII8x260s16x")
@@ -404,7 +404,7 @@ class Files:
             self._room(client)
             with device_errors():
                 folder, names = self.folder.matching(data, offset >> 16 or offset)
-            if sum(len(other.rest) for other in self._open.values()) + len(names) > _MOST_FOUND:
+            if sum(len(other.rest) for other in self._open.values()) + len(names) > _MOST_MATCHES:
                 raise DeviceError(ReturnCode.DEVICE_NO_MEMORY, "searches have too many names left")
             entry = _Open(client, folder=folder, names=names)
             handle = self._keep(entry)

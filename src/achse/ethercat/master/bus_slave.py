@@ -137,7 +137,7 @@ class BusSlave:
                 lambda data: emergency(self, data),
                 request_ns=times.request_ns,
                 response_ns=times.response_ns,
-                pieces=configuration.mailbox_pieces,
+                split_writes=configuration.split_mailbox_writes,
             )
             self.aoe = AoeClient(self.mailbox)
             self.eoe = EoeClient(self.mailbox)

@@ -120,7 +120,7 @@ class SlaveConfiguration:
     `outputs` and `inputs` are the assigned PDOs in order. With `assign` the master writes the
     assignment (1C12h, 1C13h), with `configure` the entries of each PDO too. Slaves of one
     `sync_unit` share a datagram and so the validity of their data. An `optional` slave may be
-    missing. With `mailbox_pieces` messages travel without what fills the mailbox up.
+    missing. With `split_mailbox_writes` messages travel without what fills the mailbox up.
     """
 
     name: str
@@ -138,7 +138,7 @@ class SlaveConfiguration:
     protocols: int = 0
     """Protocols that the mailbox supports, as the bits of an EEPROM: `MailboxBit`."""
     complete_access: bool = False
-    mailbox_pieces: bool = False
+    split_mailbox_writes: bool = False
     sync_managers: tuple[ProcessSyncManager, ...] = ()
     outputs: tuple[Pdo, ...] = ()
     inputs: tuple[Pdo, ...] = ()

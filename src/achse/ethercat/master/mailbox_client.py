@@ -39,8 +39,8 @@ class MailboxClient:
 
     Times in ns: a message is taken within `request_ns`, answered within `response_ns` (ESI:
     RequestTimeout, ResponseTimeout). `emergency` gets the 8 bytes of each emergency message. With
-    `pieces` a message travels without what fills its mailbox up: its bytes and the last byte of
-    the mailbox, as the vendor's master does it; else whole.
+    `split_writes` a message travels without what fills its mailbox up: its bytes and the last byte
+    of the mailbox, as the vendor's master does it; else whole.
     """
 
     def __init__(
@@ -52,10 +52,10 @@ class MailboxClient:
         *,
         request_ns: int = 100_000_000,
         response_ns: int = 2_000_000_000,
-        pieces: bool = False,
+        split_writes: bool = False,
     ) -> None:
         self.station = station
-        self.pieces = pieces
+        self.split_writes = split_writes
         self.outgoing = outgoing
         self.incoming = incoming
         self.request_ns = request_ns
@@ -167,7 +167,7 @@ class MailboxClient:
         """The datagrams that write a message; the last byte of the mailbox hands it over."""
         start, length = self.outgoing.start, self.outgoing.length
         write = DatagramCommand.FPWR
-        if not self.pieces or len(message) >= length - 1:
+        if not self.split_writes or len(message) >= length - 1:
             whole = message.ljust(length, b"\0")
             return (Datagram.at(write, self.station, start, whole),)
         return (
@@ -234,7 +234,7 @@ class MailboxClient:
     def _take(self) -> Steps[bytes]:
         """The bytes of the message that waits; its last byte frees the mailbox."""
         station, start, length = self.station, self.incoming.start, self.incoming.length
-        if not self.pieces:
+        if not self.split_writes:
             return (yield from read(station, start, length, tries=1))
         head = yield from read(station, start, _LENGTH_SIZE)  # frees nothing
         size = min(_HEADER_SIZE + int.from_bytes(head, "little"), length)

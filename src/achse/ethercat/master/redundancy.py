@@ -50,7 +50,7 @@ class _Half(NamedTuple):
     copy: bytes
 
     @property
-    def passed_nobody(self) -> bool:
+    def passed_no_slave(self) -> bool:
         """True if the copy came round a closed ring against its direction, in which slaves do not
         change it."""
         return self.number == 1 and self.adapter == 0
@@ -174,7 +174,7 @@ class Redundancy:
         index, number = half.copy[_INDEX_AT], half.number
         sure = self._known_away(1 - number)
         self._complete.add(index)
-        if half.passed_nobody or (index in ACYCLIC and not sure):
+        if half.passed_no_slave or (index in ACYCLIC and not sure):
             return None
         sent = self._copies[index]
         copies = (sent[0], half.copy) if number else (half.copy, sent[1])

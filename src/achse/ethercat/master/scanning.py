@@ -35,7 +35,7 @@ _MOST_PDOS, _MOST_ENTRIES = 64, 255
 
 
 @dataclass(frozen=True)
-class FoundSlave:
+class ScannedSlave:
     """A slave as a scan found it: registers, EEPROM, and the configuration made from them.
 
     `trouble` says what could not be read, empty if all could.
@@ -54,7 +54,7 @@ def scan_bus(
     *,
     with_objects: bool = True,
     progress: Callable[[int, int], None] = lambda done, all_: None,
-) -> Steps[list[FoundSlave]]:
+) -> Steps[list[ScannedSlave]]:
     """All slaves there are; raises `BusError` if the bus itself cannot be read.
 
     With `with_objects` slaves with CoE go to PreOp, and the assignment and mapping of their PDOs
@@ -74,7 +74,7 @@ def scan_bus(
     return slaves
 
 
-def _scan_slave(position: int, station: int, with_objects: bool) -> Steps[FoundSlave]:
+def _scan_slave(position: int, station: int, with_objects: bool) -> Steps[ScannedSlave]:
     facts = yield from inspect(station)
     eeprom = EepromClient(station)
     trouble = ""
@@ -104,7 +104,7 @@ def _scan_slave(position: int, station: int, with_objects: bool) -> Steps[FoundS
             configuration = yield from _with_objects(station, configuration, eeprom)
         except BusError as fault:
             trouble = str(fault)
-    return FoundSlave(
+    return ScannedSlave(
         position, station, facts, image, content, configuration, trouble or content.damage
     )
 

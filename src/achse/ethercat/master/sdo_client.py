@@ -24,7 +24,7 @@ _DOWNLOAD, _UPLOAD, _UPLOAD_SEGMENT, _ABORT = 0x20, 0x40, 0x60, 0x80
 _DOWNLOADED, _DOWNLOADED_SEGMENT, _UPLOADED = 0x60, 0x20, 0x40
 _SPECIFIER = 0xE0
 _COMPLETE, _TOGGLE = 0x10, 0x10
-_EXPEDITED, _SIZE_GIVEN, _LAST = 0x02, 0x01, 0x01
+_EXPEDITED, _SIZE_INDICATED, _LAST = 0x02, 0x01, 0x01
 
 _LIST, _OBJECT, _ENTRY = (1, 2), (3, 4), (5, 6)
 """Operations of SDO information: request and answer."""
@@ -78,7 +78,7 @@ class SdoClient:
             if reply[0] & _SPECIFIER != _UPLOADED:
                 raise WrongAnswer(f"{index:04X}: command 0x{reply[0]:02X} answers an upload")
             if reply[0] & _EXPEDITED:
-                size = 4 - (reply[0] >> 2 & 3) if reply[0] & _SIZE_GIVEN else 4
+                size = 4 - (reply[0] >> 2 & 3) if reply[0] & _SIZE_INDICATED else 4
                 return reply[4 : 4 + size]
             size = int.from_bytes(reply[4:8], "little")
             if size > MAX_UPLOAD:
@@ -131,10 +131,10 @@ class SdoClient:
             room = self._mailbox.capacity - _COE.size - _WITH_NUMBER.size
             if size <= 4 and not complete:
                 if size:
-                    command |= _SIZE_GIVEN | 4 - size << 2
+                    command |= _SIZE_INDICATED | 4 - size << 2
                 first = _HEAD.pack(command | _EXPEDITED, index, subindex) + data.ljust(4, b"\0")
             else:
-                head = _WITH_NUMBER.pack(command | _SIZE_GIVEN, index, subindex, size)
+                head = _WITH_NUMBER.pack(command | _SIZE_INDICATED, index, subindex, size)
                 first = head + data[:room]
             reply = yield from self._exchange(first, index, subindex, response_ns)
             self._check(reply, _DOWNLOADED, index)

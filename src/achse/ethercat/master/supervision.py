@@ -99,7 +99,7 @@ class Supervision:
         self.deviation = ClockDeviation()
         self._clocks = ClockWatch(bus.clock_window_ns)
         self._bring_ups: dict[int, BusJob[None]] = {}
-        self._given_up: set[int] = set()
+        self._failed_positions: set[int] = set()
         self._falls: dict[int, tuple[int, int]] = {}
         """Of slaves that lost synchronisation: how often in a row, until when it is in a row."""
         self._now_ns = 0
@@ -139,7 +139,7 @@ class Supervision:
     def retry(self, slave: BusSlave) -> None:
         """A state of the slave is requested: what failed before is tried again."""
         self._falls.pop(slave.position, None)
-        self._given_up.discard(slave.position)
+        self._failed_positions.discard(slave.position)
         self._urgent = True
 
     def restart(self, slave: BusSlave) -> None:
@@ -314,7 +314,7 @@ class Supervision:
             if data is None:
                 self._lose(slave)
             elif slave.present and slave.position not in self._bring_ups:
-                self._judge(slave, data)
+                self._evaluate(slave, data)
         yield from self._clock.update()
         _, self.slave_count = yield from broadcast_read(Register.AL_STATUS, 2)
         answering = sum(data is not None for data in reports)
@@ -354,7 +354,7 @@ class Supervision:
             if data is not None:
                 slave.clock_difference_ns = difference_of(int.from_bytes(data, "little"))
 
-    def _judge(self, slave: BusSlave, data: bytes) -> None:
+    def _evaluate(self, slave: BusSlave, data: bytes) -> None:
         report = report_of(data)
         before, failed = slave.state, slave.error
         slave.state, slave.error, slave.al_code = report
@@ -373,7 +373,7 @@ class Supervision:
                 self._count_fall(slave)
         if (
             report.error or report.state != slave.requested_state
-        ) and slave.position not in self._given_up:
+        ) and slave.position not in self._failed_positions:
             self._start_bring_up(slave)
 
     def _count_fall(self, slave: BusSlave) -> None:
@@ -385,7 +385,7 @@ class Supervision:
             self._fail(slave, f"synchronisation was lost {falls} times")
 
     def _fail(self, slave: BusSlave, trouble: str) -> None:
-        self._given_up.add(slave.position)
+        self._failed_positions.add(slave.position)
         slave.last_trouble = trouble
         text = f"{slave.name}: {slave.requested_state.name} not reached: {trouble}"
         self._report(BusEventKind.STATE_FAILED, slave, slave.al_code, text)
@@ -489,7 +489,7 @@ class Supervision:
         for each in present:
             if each.station in newcomers:
                 self._report(BusEventKind.SLAVE_BACK, each, each.position, f"{each.name} is back")
-                self._given_up.discard(each.position)
+                self._failed_positions.discard(each.position)
                 self._start_bring_up(each, fresh=True)
 
     def _identify(self, position: int, missing: Sequence[BusSlave]) -> Steps[BusSlave | None]:

@@ -16,7 +16,7 @@ _LONGEST = 64 << 20
 _LONGEST_TAG = 1 << 20
 _CHUNK = 1 << 16
 _DEEPEST = 64
-_MOST_ELEMENTS, _MOST_KEPT = 4_000_000, 1_000_000
+_MOST_ELEMENTS, _MOST_IN_TREE = 4_000_000, 1_000_000
 """Elements of a file, and of them in memory at a time."""
 _MOST_NAMES = 20_000
 """Different names of elements and attributes."""
@@ -40,7 +40,7 @@ class _Builder:
         self._levels = {path.count("/") + 1 for path in handlers}
         self._way: list[tuple[Element, int, int]] = []
         """Open elements: the element, its first byte, the number of elements before it."""
-        self._elements = self._kept_elements = 0
+        self._elements = self._elements_in_tree = 0
         self.refusal: Exception | None = None
         """The error of a handler."""
         self._names: dict[str, str] = {}
@@ -53,16 +53,16 @@ class _Builder:
 
     def _start(self, tag: str, attributes: dict[str, str]) -> None:
         self._elements += 1
-        self._kept_elements += 1
+        self._elements_in_tree += 1
         if len(self._way) >= _DEEPEST:
             raise XmlRefusal(f"elements are more than {_DEEPEST} deep")
-        if self._elements > _MOST_ELEMENTS or self._kept_elements > _MOST_KEPT:
-            most = _MOST_KEPT if self._kept_elements > _MOST_KEPT else _MOST_ELEMENTS
+        if self._elements > _MOST_ELEMENTS or self._elements_in_tree > _MOST_IN_TREE:
+            most = _MOST_IN_TREE if self._elements_in_tree > _MOST_IN_TREE else _MOST_ELEMENTS
             raise XmlRefusal(f"more than {most} elements")
         if len(self._names) > _MOST_NAMES:
             raise XmlRefusal(f"more than {_MOST_NAMES} names of elements and attributes")
         element = self._tree.start(tag, attributes)
-        self._way.append((element, self.parser.CurrentByteIndex, self._kept_elements - 1))
+        self._way.append((element, self.parser.CurrentByteIndex, self._elements_in_tree - 1))
 
     def _end(self, tag: str) -> None:
         self._tree.end(tag)
@@ -75,7 +75,7 @@ class _Builder:
             return
         if self._way:
             del self._way[-1][0][-1]
-            self._kept_elements = before
+            self._elements_in_tree = before
 
     def _keeps(self, handler: ElementHandler, element: Element, start: int) -> bool:
         try:

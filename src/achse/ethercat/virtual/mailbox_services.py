@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 _Handler = Callable[[bytes], Iterable[bytes] | int]
 _VENDOR_HEAD = 6
-_MOST_KEPT = 64
+_MOST_QUEUED = 64
 
 
 class MailboxServices:
@@ -37,7 +37,7 @@ class MailboxServices:
         self.network = NetworkPort(room, self._frame) if "EoE" in esi.protocols else None
         self.parameters = SercosParameters(esi, room) if "SoE" in esi.protocols else None
         self._ads = AdsPort(device, room)
-        self.vendor_messages: deque[bytes] = deque(maxlen=_MOST_KEPT)
+        self.vendor_messages: deque[bytes] = deque(maxlen=_MOST_QUEUED)
         handlers: dict[int, _Handler] = {}
         if "AoE" in esi.protocols:
             handlers[MailboxProtocol.AOE] = self._ads.answer

@@ -35,7 +35,7 @@ from achse.gcode.interpretation.machine_data import MachineData
 from achse.gcode.interpretation.moves import AXIS_LETTERS, PathMaker
 from achse.gcode.interpretation.path_settings import path_setting, position_registers
 from achse.gcode.interpretation.preparation import prepare
-from achse.gcode.interpretation.search import BlockSearch, DryRun, SearchFound, SearchMode
+from achse.gcode.interpretation.search import BlockSearch, DryRun, SearchMode, SearchResult
 from achse.gcode.state.mfunctions import PROGRAM_END, PROGRAM_END_CLEAR, SUBROUTINE_END, placed
 from achse.gcode.state.modal import ModalState
 from achse.gcode.text.blocks import AtCall, HashCall, ProgramBlock, RotationCall
@@ -109,7 +109,7 @@ class Interpreter:
         """First block that cutter compensation delayed as the last block began to run."""
         self.left_out: Set[tuple[int, str, int]] = frozenset()
         """Blocks that do not run: their counters, and file and line as in `Origin`."""
-        self.search_result: SearchFound | None = None
+        self.search_result: SearchResult | None = None
         self._search: BlockSearch | None = None
         self._ready: deque[Canonical] = deque()
         self._data_version = (-1, -1)

@@ -39,7 +39,7 @@ class DryRun(IntEnum):
 
 
 @dataclass(frozen=True, slots=True)
-class SearchFound:
+class SearchResult:
     """Position of the axes required before the rest of the program begins."""
 
     origin: Origin
@@ -78,7 +78,7 @@ class BlockSearch:
 
     def take(
         self, commands: Sequence[Canonical], origin: Origin, axes: PathPoint
-    ) -> SearchFound | None:
+    ) -> SearchResult | None:
         """Look at the commands of a block; not None when it is the one.
 
         A block whose move was delayed by cutter compensation is found when the move comes out.
@@ -91,15 +91,15 @@ class BlockSearch:
             if not isinstance(command, LineMove | ArcMove):
                 if not any(isinstance(each, LineMove | ArcMove) for each in commands[index:]):
                     self.rest = list(commands[index:])
-                    return SearchFound(command.origin, self._before(commands, axes), 100.0)
+                    return SearchResult(command.origin, self._before(commands, axes), 100.0)
                 continue
             left, position = _cut(command, self.percent / 100.0)
             others = [each for each in commands[:index] if self._wanted(each.origin)]
             self.rest = [*others, left, *commands[index + 1 :]]
-            return SearchFound(command.origin, position, 100.0 - self.percent)
+            return SearchResult(command.origin, position, 100.0 - self.percent)
         if not commands and self._wanted(origin):
             self.rest = []
-            return SearchFound(origin, axes, 100.0)
+            return SearchResult(origin, axes, 100.0)
         return None
 
     def _wanted(self, origin: Origin) -> bool:

@@ -15,7 +15,7 @@ from achse.codes import NcError
 from achse.gcode.errors import GcodeError, WordRefused
 from achse.gcode.text.blocks import ProgramBlock, parse_block
 
-KEPT_BLOCKS = 4096
+CACHED_BLOCKS = 4096
 """Blocks that are cached for loops and subroutines; a long program is not in memory twice."""
 
 LONGEST_BLOCK = 1024
@@ -122,7 +122,7 @@ class PartProgram:
                 block = parse_block(text, self.original(line) if "#" in text else "")
             except WordRefused as refused:
                 raise self.error(line, refused) from None
-            if len(self._blocks) >= KEPT_BLOCKS:
+            if len(self._blocks) >= CACHED_BLOCKS:
                 self._blocks.clear()
             self._blocks[line] = block
         return block

@@ -7,7 +7,7 @@ from pathlib import Path
 from achse.gcode.canon import Origin
 from achse.gcode.interpretation.interpreter import Interpreter
 from achse.gcode.interpretation.machine_data import MachineData
-from achse.gcode.interpretation.search import SearchFound
+from achse.gcode.interpretation.search import SearchResult
 from achse.gcode.state.registers import Registers
 from achse.gcode.text.program import PartProgram
 from achse.motion.channels.channel import NcChannel
@@ -43,7 +43,7 @@ class ProgramStates(NcChannel):
         self.program: PartProgram | None = None
         self.interpreter: Interpreter | None = None
         self.feeder: Feeder | None = None
-        self.search_result: SearchFound | None = None
+        self.search_result: SearchResult | None = None
         self.fault: ProgramFault | None = None
         """The fault that ended the program, until a start or reset."""
         self.default_g_code = 0

@@ -16,19 +16,19 @@ from achse.motion.record import LAYOUT, AxisFields
 from achse.motion.rows import NcRows
 from achse.native.declare import assign, reset
 
-ALONE = 0
-LEADS = 1
-BOTH = 2
-FOLLOWS = 3
+SINGLE = 0
+MASTER = 1
+MASTER_AND_SLAVE = 2
+SLAVE = 3
 """Coupling states (004 §5.1.1)."""
 
 
 def show_coupling(ax: AxisFields) -> None:
     """Coupling state of an axis (state 0x20)."""
     if ax.coupling.law:
-        ax.coupling_state = BOTH if ax.followers else FOLLOWS
+        ax.coupling_state = MASTER_AND_SLAVE if ax.followers else SLAVE
     else:
-        ax.coupling_state = LEADS if ax.followers else ALONE
+        ax.coupling_state = MASTER if ax.followers else SINGLE
 
 
 def leading_position(ax: AxisFields, rows: NcRows, n: int) -> float:

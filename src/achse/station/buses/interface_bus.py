@@ -16,7 +16,7 @@ from achse.ethercat.frame import Datagram, DatagramCommand, EthercatFrame
 from achse.ethercat.master import BusConfiguration, BusError, BusJob, BusSlave, Master
 from achse.ethercat.master.inspection import match
 from achse.ethercat.master.redundancy import Redundancy
-from achse.ethercat.master.scanning import FoundSlave, scan_bus
+from achse.ethercat.master.scanning import ScannedSlave, scan_bus
 from achse.ethercat.master.traffic import AcyclicTraffic
 from achse.ethercat.registers import Register
 from achse.station.buses.ethercat_bus import slaves_digest, tell_event
@@ -91,7 +91,7 @@ class InterfaceBus:
         self._socket: BusSocket | None = None
         self._way: BusLink | None = None
         """None as long as the slaves are not found."""
-        self._search: tuple[AcyclicTraffic, BusJob[list[FoundSlave]]] | None = None
+        self._search: tuple[AcyclicTraffic, BusJob[list[ScannedSlave]]] | None = None
         self._departing_masters: list[Master] = []
         self._renewals: list[Callable[[], None]] = []
         self.reference = ReferencePace(plan.cycle_ns)
@@ -254,7 +254,7 @@ class InterfaceBus:
             self._search = None
             self._take_over(job)
 
-    def _take_over(self, job: BusJob[list[FoundSlave]]) -> None:
+    def _take_over(self, job: BusJob[list[ScannedSlave]]) -> None:
         """Go on with what the search found."""
         try:
             found = job.result()

@@ -18,7 +18,7 @@ from achse.ethercat.master import (
     from_description,
 )
 from achse.ethercat.master.configuration import FIRST_STATION
-from achse.ethercat.master.scanning import FoundSlave
+from achse.ethercat.master.scanning import ScannedSlave
 from achse.ethercat.terminals import AnalogTerminal, DigitalTerminal
 from achse.ethercat.virtual import VirtualDevice
 from achse.motion.servo import INPUT_OBJECTS, OUTPUT_OBJECTS
@@ -100,7 +100,7 @@ class BusPlan:
         """The bus as long as nothing is known of its slaves: virtual ones in their places."""
         return self.found([])[0]
 
-    def found(self, slaves: Sequence[FoundSlave]) -> tuple[BusConfiguration, list[str]]:
+    def found(self, slaves: Sequence[ScannedSlave]) -> tuple[BusConfiguration, list[str]]:
         """The bus of these slaves, and what is wrong with it.
 
         A slot without a slave that fits has what is expected there, so that such a slave may come.

@@ -112,8 +112,8 @@ class SerialCarrier:
     def give_up(self) -> None:
         """The port has gone: answer what nobody acknowledged, at once."""
         self.end.give_up()
-        while self.end.given_up:
-            answer = self._failure_of(Frame.decode(self.end.given_up.popleft()))
+        while self.end.undelivered:
+            answer = self._failure_of(Frame.decode(self.end.undelivered.popleft()))
             if answer is not None:
                 self._pass(answer)
 
@@ -172,8 +172,8 @@ class SerialCarrier:
         data = self.end.take(self._turns.time())
         if data:
             self._write(data)
-        while self.end.given_up:
-            self._lost(Frame.decode(self.end.given_up.popleft()))
+        while self.end.undelivered:
+            self._lost(Frame.decode(self.end.undelivered.popleft()))
         self.end.full = self.end.unsent > _FULL
         self._changed()
         deadline = self.end.deadline

@@ -87,7 +87,7 @@ def test_limits_are_kept_whatever_the_target_does(
         sync_jerk=jerk, sync_offset=offset,
     )  # fmt: skip
     target, before, met = 0.0, wanted, False
-    ax.sync.lead_velocity = wanted
+    ax.sync.pursued_velocity = wanted
     largest = max(acceleration, deceleration)
     for n in range(30000):
         now = wanted * (1.0 + (swing * sin(pace * DT * (n + 1)) if n < calm else 0.0))

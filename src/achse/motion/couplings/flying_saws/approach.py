@@ -142,8 +142,8 @@ def begin_approach(
     ax.sync.begin_acceleration = ax.set.acceleration
     ax.sync.master_velocity = velocity
     ax.sync.master_acceleration = acceleration
-    ax.sync.lead_velocity = gear * velocity
-    ax.sync.lead_acceleration = gear * acceleration
+    ax.sync.pursued_velocity = gear * velocity
+    ax.sync.pursued_acceleration = gear * acceleration
     ax.sync.heading = heading_of(velocity)
     ax.sync.offset = 0.0
     ax.sync.count = 0
@@ -202,8 +202,8 @@ def set_gear(ax: AxisFields, velocity: float, acceleration: float, gear: float) 
     """Another gear on the way in time, where the slave sees its master move like this."""
     ax.coupling.gear = gear
     ax.set_gear_ratio = gear
-    ax.sync.lead_velocity = gear * velocity
-    ax.sync.lead_acceleration = gear * acceleration
+    ax.sync.pursued_velocity = gear * velocity
+    ax.sync.pursued_acceleration = gear * acceleration
     ax.sync.method = BY_TIME
 
 
@@ -217,8 +217,8 @@ def _stop_because_it_goes_back(ax: AxisFields) -> None:
     """The master is behind where it was at coupling: come to rest and stay there."""
     ax.sync.method = STOPPING
     ax.sync.state = MotionState.INACTIVE
-    ax.sync.lead_velocity = 0.0
-    ax.sync.lead_acceleration = 0.0
+    ax.sync.pursued_velocity = 0.0
+    ax.sync.pursued_acceleration = 0.0
     if ax.sync.mask & SynchronisingBit.INSTANT_STOP_ON_ROLLBACK:
         ax.sync.method = INACTIVE
 

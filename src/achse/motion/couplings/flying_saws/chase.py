@@ -131,8 +131,8 @@ def _apply(
     ax.set.acceleration = a
     ax.set.jerk = (a - was) / dt
     ax.sync.offset += moved - way
-    ax.sync.lead_velocity = velocity
-    ax.sync.lead_acceleration = rising
+    ax.sync.pursued_velocity = velocity
+    ax.sync.pursued_acceleration = rising
     return exact
 
 
@@ -144,8 +144,8 @@ def approach_velocity(
     `rising` is the acceleration of the target, `way` what it moved in this cycle. A `noisy` one is
     met with what one cycle of acceleration changes.
     """
-    w = ax.set.velocity - ax.sync.lead_velocity
-    b = ax.set.acceleration - ax.sync.lead_acceleration
+    w = ax.set.velocity - ax.sync.pursued_velocity
+    b = ax.set.acceleration - ax.sync.pursued_acceleration
     limit, jerk_limit = limits_beside(ax, velocity, rising, jerk)
     count = plan_to_velocity(ax.profile.time, ax.profile.jerk, w, b, 0.0, limit, limit, jerk_limit)
     done, p, w, b = _walk(ax, count, dt, w, b)
@@ -165,8 +165,8 @@ def approach_place(
 
     `top` is the largest velocity beside it.
     """
-    w = ax.set.velocity - ax.sync.lead_velocity
-    b = ax.set.acceleration - ax.sync.lead_acceleration
+    w = ax.set.velocity - ax.sync.pursued_velocity
+    b = ax.set.acceleration - ax.sync.pursued_acceleration
     limit, jerk_limit = limits_beside(ax, velocity, rising, jerk)
     offset = ax.sync.offset
     count = plan_to_position(
@@ -187,7 +187,7 @@ def settle(ax: AxisFields, velocity: float, way: float, dt: float) -> bool:
     acceleration beside it goes within the limits.
     """
     ax.quiet_cycles = 0  # it is not done even if all stand
-    w = ax.set.velocity - ax.sync.lead_velocity
+    w = ax.set.velocity - ax.sync.pursued_velocity
     was = ax.set.acceleration
     count = plan_to_velocity(
         ax.profile.time,
@@ -207,7 +207,7 @@ def settle(ax: AxisFields, velocity: float, way: float, dt: float) -> bool:
     ax.set.velocity = velocity + w
     ax.set.acceleration = b
     ax.set.jerk = (b - was) / dt
-    ax.sync.lead_velocity = velocity
+    ax.sync.pursued_velocity = velocity
     return done
 
 
@@ -219,7 +219,7 @@ def settle_place(ax: AxisFields, velocity: float, way: float, top: float, dt: fl
     most with the velocity `top`.
     """
     ax.quiet_cycles = 0  # it is not done even if all stand
-    w = ax.set.velocity - ax.sync.lead_velocity
+    w = ax.set.velocity - ax.sync.pursued_velocity
     was = ax.set.acceleration
     offset = ax.sync.offset
     limit = ax.sync.acceleration
@@ -238,5 +238,5 @@ def settle_place(ax: AxisFields, velocity: float, way: float, top: float, dt: fl
     ax.set.acceleration = b
     ax.set.jerk = (b - was) / dt
     ax.sync.offset = offset + p
-    ax.sync.lead_velocity = velocity
+    ax.sync.pursued_velocity = velocity
     return done
