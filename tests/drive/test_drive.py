@@ -220,11 +220,11 @@ def test_a_master_that_reads_no_emergency_gets_the_newest() -> None:
         drive.faults.alarm(alarm, lasting=False)
         drive.cycle(2)
         drive.reset_fault()
-    told = []
+    reports = []
     while (message := drive.take_emergency()) is not None:
-        told.append(int.from_bytes(message[:2], "little"))
-    assert told[-2:] == [Alarm.CONTINUOUS_OVERLOAD.code, 0]
-    assert len(told) < 100
+        reports.append(int.from_bytes(message[:2], "little"))
+    assert reports[-2:] == [Alarm.CONTINUOUS_OVERLOAD.code, 0]
+    assert len(reports) < 100
 
 
 def test_a_reset_in_op_leaves_the_cycle_of_sync0() -> None:

@@ -170,8 +170,8 @@ def test_too_many_bytes_are_found_when_the_assignment_comes_on(preop: Drive, abo
 
 @pytest.mark.parametrize("strict", [True, False])
 def test_a_stored_mapping_that_does_not_fit_is_not_assigned(strict: bool) -> None:
-    kept: dict[int, float] = {0x1600_00: 9, 0x1C12_01: 0x1600, 0x1C13_01: 0x1234}
-    drive = Drive(store=kept, strict_mapping=strict)
+    remaining: dict[int, float] = {0x1600_00: 9, 0x1C12_01: 0x1600, 0x1C13_01: 0x1234}
+    drive = Drive(store=remaining, strict_mapping=strict)
     drive.power_cycle()
     assert (drive.get(0x1C12), drive.output_size) == (0, 0)
     assert (drive.get(0x1C13), drive.get(0x1C13, 1), drive.input_size) == (1, 0x1A00, 23)
@@ -224,8 +224,13 @@ def test_a_stored_mapping_is_back_after_a_power_cycle() -> None:
 
 
 def test_a_stored_mapping_is_there_in_the_next_run_of_the_program() -> None:
-    kept: dict[int, float] = {0x1A01_00: 1, 0x1A01_01: 0x60410010, 0x1C13_00: 1, 0x1C13_01: 0x1A01}
-    drive = Drive(store=kept)
+    remaining: dict[int, float] = {
+        0x1A01_00: 1,
+        0x1A01_01: 0x60410010,
+        0x1C13_00: 1,
+        0x1C13_01: 0x1A01,
+    }
+    drive = Drive(store=remaining)
     assert (drive.get(0x1C13, 1), drive.get(0x1A01), drive.input_size) == (0x1A01, 1, 2)
     assert drive.read_inputs() == drive.record.statusword.to_bytes(2, "little")
 

@@ -274,12 +274,12 @@ class Player:
     def new_dynamics(self) -> None:
         axis = self.axis
         own = axis.default_acceleration, axis.default_deceleration, 0.0
-        given = self.dynamics()
+        values = self.dynamics()
         if (
-            self.call(commands.new_dynamics, *(a or b for a, b in zip(given, own, strict=True)))
-            and given[2]
+            self.call(commands.new_dynamics, *(a or b for a, b in zip(values, own, strict=True)))
+            and values[2]
         ):
-            self.jerks[axis.set_command_number] = given[2]
+            self.jerks[axis.set_command_number] = values[2]
 
     def stopped(self, jerk: float) -> None:
         self.velocities.clear()
@@ -365,7 +365,7 @@ class Player:
     def compensate(self) -> None:
         axis, dice = self.axis, self.dice
         length = self.reach * dice.uniform(0.01, 1.0)
-        asked = commands.Compensation(
+        compensation = commands.Compensation(
             dice.randrange(1, 7),
             axis.max_acceleration * decades(dice, -2.0, 0.0),
             axis.max_acceleration * decades(dice, -2.0, 0.0),
@@ -374,8 +374,8 @@ class Player:
             length * dice.uniform(-0.5, 0.5),
             length,
         )
-        code, _ = commands.start_superposition(axis, asked)
-        self.tell(f"start_superposition({asked})", code)
+        code, _ = commands.start_superposition(axis, compensation)
+        self.tell(f"start_superposition({compensation})", code)
 
     def stop_compensation(self) -> None:
         self.call(commands.stop_superposition)

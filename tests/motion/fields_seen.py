@@ -26,8 +26,8 @@ def view(nc: Nc, seen: tuple[str, ...], states: tuple[str, ...]) -> Callable[[],
 
 def _columns(nc: Nc, words: Any, names: tuple[str, ...]) -> Any:
     """These fields of all axes: from memory, those of the encoder one by one."""
-    found = words[:, [PART_OF[name][1].offset for name in names]]
+    result = words[:, [PART_OF[name][1].offset for name in names]]
     for column, name in enumerate(names):
         if PART_OF[name][0]:
-            found[:, column] = [getattr(axis, name) for axis in nc]
-    return found
+            result[:, column] = [getattr(axis, name) for axis in nc]
+    return result

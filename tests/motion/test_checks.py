@@ -151,8 +151,8 @@ def test_enables_and_drive_permit_directions(
     assert ControlBit.ACCEPT_BLOCKED_DRIVE == 0x100
     for name, value in state.items():
         setattr(rig.axis, name, value)
-    found = [checks.check_permitted(rig.axis, direction) for direction in (1.0, 0.0, -1.0)]
-    assert found == [number(code) for code in codes]
+    results = [checks.check_permitted(rig.axis, direction) for direction in (1.0, 0.0, -1.0)]
+    assert results == [number(code) for code in codes]
 
 
 @pytest.mark.parametrize("first", ["max_velocity", "reference_velocity"])

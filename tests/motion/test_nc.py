@@ -59,10 +59,10 @@ def test_the_cycle_takes_time() -> None:
 
 
 def test_the_reference_velocity_follows_the_maximum() -> None:
-    given = {"max_velocity": 100.0, "drive_reference_velocity": 500.0}
+    options = {"max_velocity": 100.0, "drive_reference_velocity": 500.0}
     nc = Nc(
         1_000_000,
-        [AxisParameters(1, values={"max_velocity": 100.0}), AxisParameters(2, values=given)],
+        [AxisParameters(1, values={"max_velocity": 100.0}), AxisParameters(2, values=options)],
         compiled=False,
     )
     assert nc.axis(1).drive.reference_velocity == pytest.approx(110.0)

@@ -11,14 +11,14 @@ from achse.motion.order import CouplingRing, CycleOrder
 
 def above(links: dict[int, tuple[int, ...]], row: int) -> set[int]:
     """All that a row follows, by way of others."""
-    found: set[int] = set()
+    results: set[int] = set()
     waiting = [row]
     while waiting:
         for each in links[waiting.pop()]:
-            if each not in found:
-                found.add(each)
+            if each not in results:
+                results.add(each)
                 waiting.append(each)
-    return found
+    return results
 
 
 def test_without_couplings_it_is_that_of_the_rows() -> None:
@@ -43,9 +43,9 @@ def test_masters_come_first_and_rings_are_refused(steps: list[tuple[int, set[int
         wanted = links | {row: tuple(masters)}
         before = list(order.rows)
         if any(row == master or row in above(wanted, master) for master in masters):
-            with pytest.raises(CouplingRing) as found:
+            with pytest.raises(CouplingRing) as caught:
                 order.arrange(wanted)
-            ring = found.value.rows
+            ring = caught.value.rows
             assert ring[0] == ring[-1]
             assert all(a in wanted[b] for a, b in pairwise(ring))
             assert list(order.rows) == before

@@ -68,9 +68,9 @@ def generate(seed: Any, count: Any) -> Any:
 
 def test_no_longer_than_ruckig_wherever_the_direction_is_kept(many: Callable[[int], int]) -> None:
     cases = many(CASES)
-    otg, given, trajectory = Ruckig(1), InputParameter(1), Trajectory(1)
-    given.target_velocity = [0.0]
-    given.target_acceleration = [0.0]
+    otg, values, trajectory = Ruckig(1), InputParameter(1), Trajectory(1)
+    values.target_velocity = [0.0]
+    values.target_acceleration = [0.0]
     t, j = [0.0] * MAX_SEGMENTS, [0.0] * MAX_SEGMENTS
     reversals = refused = shorter = too_fast = 0
     ratios = []
@@ -95,16 +95,16 @@ def test_no_longer_than_ruckig_wherever_the_direction_is_kept(many: Callable[[in
             reversals += 1
             continue
         way = 1.0 if highest > -lowest else -1.0
-        given.current_position = [way * p]
-        given.current_velocity = [way * v]
-        given.current_acceleration = [way * a]
-        given.target_position = [way * target]
-        given.max_velocity = [top]
-        given.max_acceleration = [acc]
-        given.min_acceleration = [-dec]
-        given.max_jerk = [jerk]
+        values.current_position = [way * p]
+        values.current_velocity = [way * v]
+        values.current_acceleration = [way * a]
+        values.target_position = [way * target]
+        values.max_velocity = [top]
+        values.max_acceleration = [acc]
+        values.min_acceleration = [-dec]
+        values.max_jerk = [jerk]
         try:
-            result = otg.calculate(given, trajectory)
+            result = otg.calculate(values, trajectory)
         except RuckigError:
             refused += 1
             continue

@@ -218,8 +218,8 @@ class Player:
     def new_dynamics(self) -> None:
         axis = self.axis
         own = axis.default_acceleration, axis.default_deceleration, axis.default_jerk
-        given = self.dynamics()
-        self.call(commands.new_dynamics, *(a or b for a, b in zip(given, own, strict=True)))
+        values = self.dynamics()
+        self.call(commands.new_dynamics, *(a or b for a, b in zip(values, own, strict=True)))
 
     def halt(self) -> None:
         kind = self.dice.choice(STOPS)
@@ -274,7 +274,7 @@ class Player:
     def compensate(self) -> None:
         axis, dice = self.axis, self.dice
         length = self.reach * dice.uniform(0.01, 1.0)
-        asked = commands.Compensation(
+        compensation = commands.Compensation(
             dice.randrange(1, 5),
             axis.max_acceleration * dice.uniform(0.1, 1.0),
             axis.max_acceleration * dice.uniform(0.1, 1.0),
@@ -283,9 +283,9 @@ class Player:
             length * dice.uniform(-0.5, 0.5),
             length,
         )
-        code, _ = commands.start_superposition(axis, asked)
+        code, _ = commands.start_superposition(axis, compensation)
         self.compensated = code == 0
-        self.tell(f"start_superposition({asked})", code)
+        self.tell(f"start_superposition({compensation})", code)
 
     def stop_compensation(self) -> None:
         self.call(commands.stop_superposition)

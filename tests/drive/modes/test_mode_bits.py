@@ -150,10 +150,10 @@ def _fault_reset() -> bool:
     drive = fast_drive()
     drive.faults.alarm(Alarm.OVER_VOLTAGE, lasting=False)
     drive.control(0x80, 3)  # the edge comes too early and is not an edge afterwards
-    held = drive.power_state
+    before = drive.power_state
     drive.control(0)
     drive.control(0x80)
-    return (held, drive.power_state) == (S.FAULT, S.SWITCH_ON_DISABLED)
+    return (before, drive.power_state) == (S.FAULT, S.SWITCH_ON_DISABLED)
 
 
 for _mode in ("all", "pp", "pv", "tq", "hm"):

@@ -43,14 +43,14 @@ def test_only_save_saves(aborts: Any) -> None:
 
 
 def test_the_store_can_be_given_and_outlives_the_drive() -> None:
-    kept: dict[int, float] = {}
-    drive = VirtualDrive(store=kept)
+    remaining: dict[int, float] = {}
+    drive = VirtualDrive(store=remaining)
     drive.set(0x3216, 1)
     assert drive.get(0x3216) == 1
     drive.run(1.0)
     assert drive.get(0x3216) == 0
-    kept[0x6081 << 8] = 4711
-    assert VirtualDrive(store=kept).get(0x6081) == 4711
+    remaining[0x6081 << 8] = 4711
+    assert VirtualDrive(store=remaining).get(0x6081) == 4711
 
 
 def test_synchronisation_shows_what_communication_does() -> None:

@@ -57,16 +57,16 @@ class Reach(SegmentReach):
         return self.coe(header + data)[6:]
 
     def entry(self, index: int, subindex: int) -> Entry:
-        found = self.information(_GET_ENTRY, struct.pack("<HBB", index, subindex, _ALL))
-        _, _, info, number, bits, access = struct.unpack_from("<HBBHHH", found)
+        result = self.information(_GET_ENTRY, struct.pack("<HBB", index, subindex, _ALL))
+        _, _, info, number, bits, access = struct.unpack_from("<HBBHHH", result)
         assert info == _ALL
         kind = next(each for each in DataType if each == number)
         assert bits == kind.bits
         size = bits // 8
         default, least, most = (
-            kind.unpack(found[at : at + size]) for at in range(10, 10 + 3 * size, size)
+            kind.unpack(result[at : at + size]) for at in range(10, 10 + 3 * size, size)
         )
-        return Entry(found[10 + 3 * size :].decode(), kind, access, default, least, most)
+        return Entry(result[10 + 3 * size :].decode(), kind, access, default, least, most)
 
     def get(self, row: dict[str, str]) -> float:
         index, subindex = divmod(_key(row), 256)
@@ -121,12 +121,12 @@ def test_the_drive_lists_what_the_manual_lists(reach: Reach) -> None:
 def test_each_object_has_the_subindices_listed(reach: Reach, index: str) -> None:
     subindices = [int(row["entry"]) for row in SINGLE if row["object"] == index]
     subindices = sorted([*subindices, *OWN_ENTRIES.get(int(index, 16), ())])
-    found = reach.information(_GET_OBJECT, struct.pack("<H", int(index, 16)))
-    _, _, last, code = struct.unpack_from("<HHBB", found)
+    result = reach.information(_GET_OBJECT, struct.pack("<H", int(index, 16)))
+    _, _, last, code = struct.unpack_from("<HHBB", result)
     assert last == subindices[-1]
     assert (code == 7) == (subindices == [0])
     name = next(row.object_name for row in ROWS if row.index == int(index, 16))
-    assert found[6:].decode() == name
+    assert result[6:].decode() == name
     missing = sorted({*range(last + 2)} - {*subindices})
     for subindex in missing:
         with pytest.raises(SdoAbort) as refusal:

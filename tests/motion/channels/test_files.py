@@ -63,6 +63,6 @@ def test_the_default_program() -> None:
     files = ChannelFiles(1, MachineData(), None)
     assert files.default_program() is None
     files.store.save("DefaultGCode1.def", "G60\n")
-    found = files.default_program()
-    assert found is not None
-    assert found.lines[0] == "G60"
+    result = files.default_program()
+    assert result is not None
+    assert result.lines[0] == "G60"

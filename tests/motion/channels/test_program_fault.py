@@ -24,8 +24,8 @@ def test_a_fault_names_its_block_and_where_it_resumes() -> None:
     fault = ProgramFault(0x4110, HERE, HERE, (1.0, 2.0, 3.0))
     assert str(fault).startswith("part.nc:3 (N30): error: 0x4110")
     assert (fault.resumes_at(skip=False), fault.resumes_at(skip=True)) == (4, 5)
-    held = ProgramFault(0x4110, HERE, Origin("part.nc", 1, 0, 10, 2), (1.0,))
-    assert held.resumes_at(skip=False) == held.resumes_at(skip=True) == 2
+    before = ProgramFault(0x4110, HERE, Origin("part.nc", 1, 0, 10, 2), (1.0,))
+    assert before.resumes_at(skip=False) == before.resumes_at(skip=True) == 2
     assert fault.registers_of_retry((7.0, 8.0, 9.0), (1.0, 5.0, 3.0)) == [7.0, 5.0, 9.0]
     assert named_block(Origin("", 1, 0, 0, 1)) == "program:1"
 

@@ -20,8 +20,8 @@ def test_names_as_clients_write_them(tmp_path: Path) -> None:
     find = store.subroutines(tmp_path / "Part.NC")
     assert find(5) is None
     assert store.set_subroutine_path("sub") == 0
-    found = store.subroutines(None)(5)
-    assert found is not None
+    result = store.subroutines(None)(5)
+    assert result is not None
     assert store.set_subroutine_path("nowhere") == 0x4110
     assert store.set_subroutine_path("..") == 0x4110
     assert store.set_subroutine_path("") == 0

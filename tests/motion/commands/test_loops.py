@@ -20,7 +20,7 @@ PI_VELOCITY = {
 @pytest.fixture(params=[False, True], ids=["plain", "compiled"])
 def make(request: pytest.FixtureRequest) -> Any:
     def nc(second: dict[str, float]) -> Nc:
-        made = Nc(
+        result = Nc(
             2_000_000,
             [
                 AxisParameters(
@@ -36,8 +36,8 @@ def make(request: pytest.FixtureRequest) -> Any:
             ],
             compiled=request.param,
         )  # fmt: skip
-        run(made, 5)
-        return made
+        run(result, 5)
+        return result
 
     return nc
 

@@ -166,8 +166,8 @@ def test_modes_that_do_not_exist(rig: Any) -> None:
 @pytest.mark.parametrize("name", ["segment_start_velocity", "segment_end_velocity"])
 def test_segment_velocities_lie_between_0_and_the_velocity(rig: Any, name: str) -> None:
     for velocity in (-1.0, V * 1.001, nan):
-        given: dict[str, Any] = {name: velocity}
-        code = commands.universal_start(rig.axis, 1, 50.0, V, **given)
+        options: dict[str, Any] = {name: velocity}
+        code = commands.universal_start(rig.axis, 1, 50.0, V, **options)
         refused(rig, code, NcError.VELOCITY_NOT_PERMITTED)
 
 

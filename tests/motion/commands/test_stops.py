@@ -424,8 +424,8 @@ def test_stop_information_has_the_ramp_that_a_stop_would_take(rig: Any, phase: M
     axis.set_motion_phase, axis.set_acceleration = phase, 50.0
     axis.default_deceleration, axis.default_jerk = 700.0, 7000.0
     moves = phase != MotionPhase.NONE
-    for given in ((0.0, 0.0), (900.0, 0.0), (0.0, 9000.0), (5e-3, 5e-3), (nan, nan)):
+    for values in ((0.0, 0.0), (900.0, 0.0), (0.0, 9000.0), (5e-3, 5e-3), (nan, nan)):
         usual = (1000.0, 10_000.0) if moves else (700.0, 7000.0)
-        ramp = [a if a > 0.0 else b for a, b in zip(given, usual, strict=True)]
+        ramp = [a if a > 0.0 else b for a, b in zip(values, usual, strict=True)]
         expected = stopping_distance(V, 50.0, *ramp), stopping_time(V, 50.0, *ramp)
-        assert commands.stop_information(axis, *given) == expected
+        assert commands.stop_information(axis, *values) == expected

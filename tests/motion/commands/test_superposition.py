@@ -134,9 +134,11 @@ def test_what_is_carried_out_is_possible(
     presets = {"control_dword": 7, "velocity_override": 1_000_000}
     axis = Nc(2_000_000, [AxisParameters(1, values=presets)], compiled=False).axis(1)
     commands.universal_start(axis, 3, 0.0, 100.0)
-    asked = Compensation(kind, acceleration, deceleration, increase, process, distance, length)
+    compensation = Compensation(
+        kind, acceleration, deceleration, increase, process, distance, length
+    )
     base = length - distance if kind in (2, 4, 6) else length
-    code, done = commands.start_superposition(axis, asked)
+    code, done = commands.start_superposition(axis, compensation)
     if base <= 0.0:
         assert NcError.of(code) is NcError.COMPENSATION_DISTANCE
         return

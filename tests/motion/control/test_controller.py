@@ -262,10 +262,10 @@ def test_the_integrator_is_held_while_the_output_is_limited(make_rig: Any) -> No
     rig.run(2)
     rig.axis.set_position = 0.0
     rig.seconds(0.5)
-    held = rig.axis.controller.position_i_part
+    before = rig.axis.controller.position_i_part
     assert rig.axis.controller.position_arw_active == 1
     rig.seconds(1.0)
-    assert rig.axis.controller.position_i_part == held
+    assert rig.axis.controller.position_i_part == before
     assert rig.axis.controller.output == pytest.approx(0.05 * 2200.0)
 
 

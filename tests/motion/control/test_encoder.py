@@ -260,8 +260,8 @@ def test_the_history_holds_the_last_positions(rig: Any) -> None:
         rig.run(1)
         positions.append(rig.axis.actual_position)
     now = rig.axis.set_cycle_counter
-    kept = [rig.axis.encoder.history[(now - age) % POSITION_HISTORY] for age in range(16)]
-    assert kept == positions[:-17:-1]
+    remaining = [rig.axis.encoder.history[(now - age) % POSITION_HISTORY] for age in range(16)]
+    assert remaining == positions[:-17:-1]
     rig.seconds(20.0)
     assert rig.axis.resting == 1
     assert set(rig.axis.encoder.history) == {rig.axis.actual_position}

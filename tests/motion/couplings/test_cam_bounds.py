@@ -102,8 +102,8 @@ def test_change_at_a_master_position_is_due_on_the_way_over_it(
         (CamActivation.MASTER_AXIS_POSITION_POSITIVE, forward),
         (CamActivation.MASTER_AXIS_POSITION_NEGATIVE, backward),
     ):
-        found = due(rows(cyclic=True), layer(kind, when, 100.0), place + before, place + now)
-        assert found == (expected, place)
+        result = due(rows(cyclic=True), layer(kind, when, 100.0), place + before, place + now)
+        assert result == (expected, place)
 
 
 def test_change_at_once_or_never_is_due_where_the_master_was() -> None:
@@ -159,18 +159,18 @@ def test_change_at_a_place_of_the_cam_is_due_on_the_way_over_it(
     expected: tuple[int, float] | None,
 ) -> None:
     """Cam positions; None: a cam may begin where its master is, one at work waits a cycle."""
-    found = due(
+    result = due(
         rows(cyclic=cyclic),
         layer(kind, when, 40.0),
         OFFSET + SCALING * start,
         OFFSET + SCALING * end,
     )
     if expected is not None:
-        assert found == (expected[0], OFFSET + SCALING * expected[1])
+        assert result == (expected[0], OFFSET + SCALING * expected[1])
     elif kind == CHANGE_BEGIN:
-        assert found == (1, OFFSET + SCALING * start)
+        assert result == (1, OFFSET + SCALING * start)
     else:
-        assert found[0] == 0
+        assert result[0] == 0
 
 
 @pytest.mark.parametrize("place", [-35.0, 10.0, 60.0, 95.0])

@@ -176,11 +176,11 @@ def test_a_spline_is_followed_with_its_derivatives(line: Line) -> None:
     line.table([(0.0, 0.0), (90.0, 30.0), (180.0, 20.0), (270.0, -10.0), (360.0, 0.0)])
     assert line.couple(interpolation=2) == 0
     assert commands.start(line.master, 1, 360.0, 400.0) == 0
-    found = []
+    results = []
     while line.master.set_motion_phase:
         line.nc.cycle()
-        found.append((line.slave.set_position, line.slave.set_velocity))
-    for (s0, v0), (s1, v1) in pairwise(found):
+        results.append((line.slave.set_position, line.slave.set_velocity))
+    for (s0, v0), (s1, v1) in pairwise(results):
         assert s1 - s0 == pytest.approx(0.001 * (v0 + v1), abs=2e-4)
     assert line.to(100.0) == pytest.approx(31.303155006859)
     assert line.slave.cams[0].slope == pytest.approx(0.094650205761)

@@ -133,15 +133,15 @@ def couple(nc: Nc, dice: random.Random, slave: Axis) -> int:
 def change(dice: random.Random, slave: Axis) -> int:
     """New parameters, ratios or a shift of the phase."""
     gear = dice.choice((-1.0, 1.0)) * 10.0 ** dice.uniform(-1.0, 0.5)
-    given = list(slave.coupling.parameters)
+    values = list(slave.coupling.parameters)
     match dice.randint(0, 6):
         case 5:
             return commands.start_phasing(
                 slave, 1, 0, 0, 50.0 * gear, 10.0 ** dice.uniform(1.0, 3.0)
             )
         case 6:
-            asked = Compensation(1, 1e3, 1e3, 20.0, 100.0, 5.0 * gear, 300.0)
-            return commands.start_superposition(slave, asked)[0]
+            compensation = Compensation(1, 1e3, 1e3, 20.0, 100.0, 5.0 * gear, 300.0)
+            return commands.start_superposition(slave, compensation)[0]
         case 0:
             slave.gear_ratio_1 = slave.operation_mode_value = gear
             return 0
@@ -150,10 +150,10 @@ def change(dice: random.Random, slave: Axis) -> int:
         case 2:
             return commands.change_cam_offsets(slave, gear, 5.0 * gear)
         case 3 if slave.coupling.law in (2, 3):
-            given[3] = gear
+            values[3] = gear
         case _:
-            given[0] = gear
-    return commands.change_coupling(slave, *given)
+            values[0] = gear
+    return commands.change_coupling(slave, *values)
 
 
 def free(dice: random.Random, slave: Axis) -> tuple[int, bool]:
@@ -215,12 +215,12 @@ def law_of(axis: Axis) -> tuple[float, ...]:
 def begin(nc: Nc, dice: random.Random) -> list[object]:
     """Couple most axes at rest; others are at a stop, or on their way."""
     axes = list(nc)
-    told: list[object] = [couple(nc, dice, axis) for axis in dice.sample(axes, len(axes) - 1)]
+    reports: list[object] = [couple(nc, dice, axis) for axis in dice.sample(axes, len(axes) - 1)]
     for axis in nc:
         if not axis.coupling.law and dice.random() < 0.7:
             velocity = dice.uniform(0.1, 1.0) * axis.max_velocity
-            told.append(commands.universal_start(axis, dice.choice((3, 4)), 0.0, velocity))
-    return told
+            reports.append(commands.universal_start(axis, dice.choice((3, 4)), 0.0, velocity))
+    return reports
 
 
 def expected(nc: Nc, slave: Axis, before: dict[int, float], shifted: float) -> float | None:
@@ -231,23 +231,23 @@ def expected(nc: Nc, slave: Axis, before: dict[int, float], shifted: float) -> f
     axes = list(nc)
     ways = [axes[row].leading_value.position - before[row] for row in slave.followed]
     ways[0] += slave.phasing_position - shifted
-    given = slave.coupling.parameters
+    values = slave.coupling.parameters
     runs = slave.motion_state == RUNS
     match slave.coupling.law:
         case SlaveType.LINEAR:
-            return given[0] * ways[0]
+            return values[0] * ways[0]
         case SlaveType.FLYING_SAW_VELOCITY | SlaveType.FLYING_SAW_POSITION if runs:
-            return (given[3] or 1.0) / sin(radians(given[2])) * ways[0]
+            return (values[3] or 1.0) / sin(radians(values[2])) * ways[0]
         case SlaveType.SYNCHRONISING_VELOCITY | SlaveType.SYNCHRONISING_POSITION if runs:
-            return given[0] * ways[0]
+            return values[0] * ways[0]
         case SlaveType.MODULO_FLYING_SAW if runs:
-            return ways[int(given[0]) - 1]
+            return ways[int(values[0]) - 1]
         case SlaveType.CYCLIC_GEAR:
             return slave.coupling.gear * ways[0]
         case SlaveType.SURFACE_SPEED:
             return 180.0 / pi / slave.encoders[1].actual_position * slave.coupling.gear * ways[0]
         case SlaveType.BILINEAR if slave.coupling.master_moved:
-            return given[0] * ways[0] + given[1] * ways[1]
+            return values[0] * ways[0] + values[1] * ways[1]
         case SlaveType.MULTI_MASTER if slave.coupling.in_gear:
             return sum(slave.coupling.ratios[n] * way for n, way in enumerate(ways))
     return None
@@ -258,14 +258,14 @@ def watch(nc: Nc, seed: int, healthy: bool) -> Iterator[tuple[object, ...]]:
     dice = random.Random(seed)
     dt = nc.cycle_seconds
     for turn in range(41):
-        told = act(nc, dice, healthy) if turn else begin(nc, dice)
+        message = act(nc, dice, healthy) if turn else begin(nc, dice)
         slaves = [axis for axis in nc if axis.coupling.law]
         released, stands = None, False
         if slaves and dice.random() < 0.25:
             released = dice.choice(slaves)
             at, v, a = released.set_position, released.set_velocity, released.set_acceleration
             code, stands = free(dice, released)
-            told.append(code)
+            message.append(code)
             if released.coupling.law:
                 released = None
         for n in range(dice.choice((1, dice.randint(1, 80)))):
@@ -299,7 +299,7 @@ def watch(nc: Nc, seed: int, healthy: bool) -> Iterator[tuple[object, ...]]:
                 moved = axis.set_position - axis.coupling.offset - position
                 assert moved == pytest.approx(way, abs=1e-12 * scale + 1e-9)
             yield (
-                *told,
+                *message,
                 *(
                     (axis.set_position, axis.set_velocity, axis.set_acceleration, axis.set_jerk,
                      axis.actual_position, axis.coupling_state, axis.motion_state,

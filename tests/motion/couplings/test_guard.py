@@ -22,8 +22,8 @@ def follow(nc: Nc, points: list[float], table_id: int = 7, **demand: float) -> i
     rows = len(points) // 2
     table = nc.tables.create(table_id, TableType.CAMMING, TableSubType.MONOTONIC_LINEAR, rows, 2)
     nc.tables.write(table, 0, points)
-    given = {"slave_absolute": 1, "master_absolute": 1} | demand
-    return commands.couple_by_cam(nc.axis(2), 10, 1, CamDemand(table_id, **given))  # type: ignore[arg-type]
+    options = {"slave_absolute": 1, "master_absolute": 1} | demand
+    return commands.couple_by_cam(nc.axis(2), 10, 1, CamDemand(table_id, **options))  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize(

@@ -117,11 +117,11 @@ def test_fading_takes_the_difference_away(compiled: bool) -> None:
 def test_superposition_on_a_slave(compiled: bool) -> None:
     nc = pair(compiled=compiled)
     master, slave = nc
-    asked = Compensation(1, 1000.0, 1000.0, 20.0, 100.0, 10.0, 200.0)
+    compensation = Compensation(1, 1000.0, 1000.0, 20.0, 100.0, 10.0, 200.0)
     run(nc, 100.0)
-    assert commands.start_superposition(slave, asked)[0] == NcError.JOB_FOR_SLAVE
+    assert commands.start_superposition(slave, compensation)[0] == NcError.JOB_FOR_SLAVE
     slave.allow_slave_motion_commands = 1
-    code, done = commands.start_superposition(slave, asked)
+    code, done = commands.start_superposition(slave, compensation)
     assert (code, done.distance) == (0, 10.0)
     p = slave.set_position
     for _ in range(1500):
@@ -258,8 +258,8 @@ def test_a_slave_stops_at_its_soft_limit(
         nc.cycle()
         assert abs(slave.set_position) <= limit + 1e-3
         if turn == 20 and superposed:
-            asked = Compensation(1, 1e3, 1e3, 20.0, 100.0, 10.0, 200.0)
-            commands.start_superposition(slave, asked)
+            compensation = Compensation(1, 1e3, 1e3, 20.0, 100.0, 10.0, 200.0)
+            commands.start_superposition(slave, compensation)
         if slave.error_code and slave.set_velocity == 0.0:
             break
     upward = gear * velocity > 0.0

@@ -132,9 +132,9 @@ def test_limits_hold_and_in_gear_positions_follow(
         commands.couple_to_several(slave, ALL, (1, 2, 3, 0), acceleration, deceleration, jerk, most)
         == 0
     )
-    for velocities, asked, cycles in steps:
+    for velocities, requested, cycles in steps:
         run(nc, velocities)
-        ratios(slave, *asked)
+        ratios(slave, *requested)
         for turn in range(cycles):
             p, v, a, geared = (
                 slave.set_position,
@@ -156,7 +156,7 @@ def test_limits_hold_and_in_gear_positions_follow(
             if turn and geared and slave.coupling.in_gear:
                 way = sum(
                     g * (axis.set_position - m)
-                    for g, axis, m in zip(asked, masters, at, strict=True)
+                    for g, axis, m in zip(requested, masters, at, strict=True)
                 )
                 # out of gear and in again within a cycle: its way is that of its own ramp
                 bent = abs(slave.set_velocity - v) * dt

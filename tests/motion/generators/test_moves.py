@@ -19,8 +19,8 @@ def test_a_step_goes_on_along_the_table(rig: Any) -> None:
 def test_a_compensation_runs_on_top(rig: Any) -> None:
     commands.start(rig.axis, 1, 500.0, 50.0)
     rig.seconds(1.0)
-    asked = commands.Compensation(1, 100.0, 100.0, 10.0, 50.0, 10.0, 200.0)
-    assert commands.start_superposition(rig.axis, asked)[0] == 0
+    compensation = commands.Compensation(1, 100.0, 100.0, 10.0, 50.0, 10.0, 200.0)
+    assert commands.start_superposition(rig.axis, compensation)[0] == 0
     for _ in range(100):
         moves.step(rig.axis, rig.dt)
     assert rig.axis.set_velocity > 50.0

@@ -13,6 +13,6 @@ from achse.motion.groups.states import GroupType
     [("group_id", 0), ("dimension", 17), ("length", 10_001), ("table_size", 127)],
 )
 def test_ranges(name: str, value: int) -> None:
-    given: dict[str, Any] = {"group_id": 9, "type": GroupType.FIFO, "channel_id": 1, name: value}
+    options: dict[str, Any] = {"group_id": 9, "type": GroupType.FIFO, "channel_id": 1, name: value}
     with pytest.raises(GroupParametersError, match="expected"):
-        GroupParameters(**given)
+        GroupParameters(**options)

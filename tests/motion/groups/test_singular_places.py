@@ -105,9 +105,9 @@ class Tool:
             assert math.isfinite(axis.set_position)
             assert abs(axis.set_position - was) <= VELOCITY * DT * 1.001 + 1e-3
         if self.group.moving and not self.group.error_code and not any(self.errors()):
-            found = self.group.forward([*self.at(self.machine), *[0.0] * 5])
-            assert isinstance(found, list), "the machine has left the law without an error"
-            assert found[:3] == pytest.approx(leads, abs=5e-3)
+            result = self.group.forward([*self.at(self.machine), *[0.0] * 5])
+            assert isinstance(result, list), "the machine has left the law without an error"
+            assert result[:3] == pytest.approx(leads, abs=5e-3)
 
     def errors(self) -> list[int]:
         return [axis.error_code for axis in self.machine]
@@ -117,11 +117,11 @@ class Tool:
         draw = self.draw
         kind = draw.randrange(4)
         if kind == 0:
-            found = self.group.forward(
+            result = self.group.forward(
                 [*(draw.uniform(*limits) for limits in AXES[self.name]), *[0.0] * 5]
             )
-            if isinstance(found, list):
-                return found[:3]
+            if isinstance(result, list):
+                return result[:3]
         if kind == 1:
             return [draw.uniform(-1200.0, 1200.0) for _ in range(3)]
         if kind == 2:
@@ -207,11 +207,11 @@ def test_any_numbers_have_a_place_or_the_error(
     if numbers is not None:
         group.numbers = numbers[: len(group.numbers)]
     for call in (group.forward, group.inverse):
-        found = call(given_)
-        if isinstance(found, list):
-            assert all(map(math.isfinite, found))
+        result = call(given_)
+        if isinstance(result, list):
+            assert all(map(math.isfinite, result))
         else:
-            assert found == NcError.NUMBER_RANGE_LEFT
+            assert result == NcError.NUMBER_RANGE_LEFT
 
 
 @given(

@@ -68,18 +68,18 @@ def test_values_are_a_polynomial_and_two_sines(
         expected[1] += one * two * cos(x)
         expected[2] -= one * two**2 * sin(x)
         expected[3] -= one * two**3 * cos(x)
-    for order, (found, value) in enumerate(
+    for order, (result, value) in enumerate(
         zip(element_values(element, 0, place), expected, strict=True)
     ):
-        assert found == pytest.approx(value * rate**order, rel=1e-9, abs=1e-9 * 1e6 * rate**order)
+        assert result == pytest.approx(value * rate**order, rel=1e-9, abs=1e-9 * 1e6 * rate**order)
 
 
 @pytest.mark.parametrize("near", range(-1, 5))
 def test_the_element_is_the_last_that_has_begun_and_leads_to_the_end(near: int) -> None:
     numbers = sum((make_element(x, 1.0, (0.0,)) for x in (0.0, 1.0, 4.0)), array("d"))
     places = (-1.0, 0.0, 0.5, 1.0, 3.9, 4.0, 4.1)
-    found = [element_at(numbers, 0, 3, near, place) for place in places]
-    assert found == [0, 0, 0, 1, 1, 1, 2]
+    results = [element_at(numbers, 0, 3, near, place) for place in places]
+    assert results == [0, 0, 0, 1, 1, 1, 2]
     behind = make_element(-9.0, 1.0, (0.0,)) + numbers
     assert [element_at(behind, ELEMENT, 3, near, place) for place in (-5.0, 4.0, 7.0)] == [0, 1, 2]
 

@@ -39,32 +39,32 @@ def function(*segments: tuple[int, float, tuple[float, ...]]) -> "array[float]":
 
 @pytest.mark.parametrize("law", sorted(COEFFICIENTS))
 def test_coefficients_of_laws(law: int) -> None:
-    found = extremes_of(function((law, 1.0, (1.0,))))
+    extremes = extremes_of(function((law, 1.0, (1.0,))))
     velocity, acceleration, jerk, effective, momentum = COEFFICIENTS[law]
-    assert found.velocity[1].value == pytest.approx(velocity, rel=1e-9)
-    assert max(abs(each.value) for each in found.acceleration) == pytest.approx(
+    assert extremes.velocity[1].value == pytest.approx(velocity, rel=1e-9)
+    assert max(abs(each.value) for each in extremes.acceleration) == pytest.approx(
         acceleration, rel=1e-9
     )
-    assert max(abs(each.value) for each in found.jerk) == pytest.approx(jerk, rel=1e-6)
+    assert max(abs(each.value) for each in extremes.jerk) == pytest.approx(jerk, rel=1e-6)
     if effective is not None:
-        assert found.effective_acceleration == pytest.approx(effective, rel=2e-7)
+        assert extremes.effective_acceleration == pytest.approx(effective, rel=2e-7)
     if momentum is not None:
-        assert found.momentum[1].value == pytest.approx(momentum, rel=1e-9)
+        assert extremes.momentum[1].value == pytest.approx(momentum, rel=1e-9)
 
 
 def test_worked_numbers() -> None:
     """POLY5, 0..180 → 100."""
-    found = extremes_of(function((5, 180.0, (100.0,))))
-    least, most = found.acceleration
-    assert (found.velocity[1].value, found.velocity[1].master) == pytest.approx(
+    extremes = extremes_of(function((5, 180.0, (100.0,))))
+    least, most = extremes.acceleration
+    assert (extremes.velocity[1].value, extremes.velocity[1].master) == pytest.approx(
         (1.041666667, 90.0), abs=6e-10
     )
     assert (most.value, most.master) == pytest.approx((0.017819452753, 38.038475773), abs=6e-10)
     assert (least.value, least.master) == pytest.approx((-0.017819452753, 141.961524227), abs=6e-10)
-    assert found.jerk[1].value == pytest.approx(0.001028806584, abs=6e-13)
-    assert found.jerk[0].value == pytest.approx(-0.000514403292, abs=6e-13)
-    assert found.mean_velocity == pytest.approx(0.555555556, abs=6e-10)
-    assert found.effective_acceleration == pytest.approx(0.012778991840, abs=6e-13)
+    assert extremes.jerk[1].value == pytest.approx(0.001028806584, abs=6e-13)
+    assert extremes.jerk[0].value == pytest.approx(-0.000514403292, abs=6e-13)
+    assert extremes.mean_velocity == pytest.approx(0.555555556, abs=6e-10)
+    assert extremes.effective_acceleration == pytest.approx(0.012778991840, abs=6e-13)
 
 
 SEGMENTS = st.lists(
@@ -84,8 +84,14 @@ def test_no_sample_is_beyond_and_each_extreme_is_a_value(
     segments: list[tuple[int, float, tuple[float, ...]]],
 ) -> None:
     elements = function(*segments)
-    found = extremes_of(elements)
-    pairs = found.position, found.velocity, found.acceleration, found.jerk, found.momentum
+    extremes = extremes_of(elements)
+    pairs = (
+        extremes.position,
+        extremes.velocity,
+        extremes.acceleration,
+        extremes.jerk,
+        extremes.momentum,
+    )
     for element, after in pairwise(elements_of(elements)):
         for n in range(51):
             place = element[0] + (after[0] - element[0]) * n / 50
@@ -93,19 +99,19 @@ def test_no_sample_is_beyond_and_each_extreme_is_a_value(
             for value, (least, most) in zip((s, v, a, j, v * a), pairs, strict=True):
                 slack = 1e-9 * (1.0 + abs(value))
                 assert least.value - slack <= value <= most.value + slack
-    for each in found.position:
+    for each in extremes.position:
         number = element_at(elements, 0, len(elements) // ELEMENT, 0, each.master)
         s = element_values(elements, ELEMENT * number, each.master)[0]
         assert s == pytest.approx(each.value, rel=1e-9, abs=1e-9)
 
 
 def test_a_step_counts_by_its_positions() -> None:
-    found = extremes_of(function((99, 10.0, (5.0,))))
-    assert [each.value for each in found.position] == [0.0, 5.0]
-    assert found.velocity[1].value == 0.0
+    extremes = extremes_of(function((99, 10.0, (5.0,))))
+    assert [each.value for each in extremes.position] == [0.0, 5.0]
+    assert extremes.velocity[1].value == 0.0
 
 
 def test_a_table_that_stands_has_no_extremes() -> None:
-    found = extremes_of(standing(3.0, 2.0))
-    assert [each.value for each in found.position] == [2.0, 2.0]
-    assert (found.mean_velocity, found.effective_acceleration) == (0.0, 0.0)
+    extremes = extremes_of(standing(3.0, 2.0))
+    assert [each.value for each in extremes.position] == [2.0, 2.0]
+    assert (extremes.mean_velocity, extremes.effective_acceleration) == (0.0, 0.0)

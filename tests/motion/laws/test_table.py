@@ -136,14 +136,14 @@ def test_each_law_is_its_closed_form(law: int) -> None:
         z = mpf(n) / 40 + mpf(1) / 999
         if any(abs(float(z) - corner) < 1e-6 for corner in CORNERS.get(law, [])):
             continue
-        found = at(elements, float(z))
+        result = at(elements, float(z))
         z = mpf(float(z))
-        assert found[0] == pytest.approx(float(form(z)), abs=1e-13)
+        assert result[0] == pytest.approx(float(form(z)), abs=1e-13)
         if law in (13, 21, 22):  # integrals: their differences would take a minute
             continue
         for order in (1, 2, 3):
             exact = float(diff(form, z, order, h=mpf(10) ** -10))
-            assert found[order] == pytest.approx(exact, abs=1e-9), (law, order)
+            assert result[order] == pytest.approx(exact, abs=1e-9), (law, order)
 
 
 @pytest.mark.parametrize(

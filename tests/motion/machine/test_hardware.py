@@ -25,30 +25,30 @@ def test_what_the_axis_is_set_to_is_what_its_machine_is(compiled: bool) -> None:
         "drive_set_torque_scaling": 10.0, "drive_actual_torque_scaling": 0.1,
         "stepper_step_scaling": 0.02,
     }  # fmt: skip
-    found = axis(values, compiled).axis(1)
-    sensor, drive = found.sensor, found.amplifier
+    result = axis(values, compiled).axis(1)
+    sensor, drive = result.sensor, result.amplifier
     assert (sensor.encoder_resolution, sensor.encoder_inverted) == (0.75, 1)
     assert (sensor.encoder_mask, sensor.way) == (0xFFFF, -0.75)
     assert (drive.full_velocity, drive.full_output, drive.motor_inverted) == (1800.0, 0x7FFF, 1)
     assert (drive.position_weight, drive.velocity_weight) == (8.0, 7.0)
     assert (drive.acceleration_weight, drive.torque_offset_weight) == (8.0, 9.0)
     assert (drive.set_torque_weight, drive.torque_weight) == (10.0, 10.0)
-    found.encoder.scaling_factor = 5.0
+    result.encoder.scaling_factor = 5.0
     assert sensor.encoder_resolution == 0.75
 
 
 def test_what_is_said_of_the_machine_itself_counts_more() -> None:
-    found = axis({"encoder_scaling_factor": 2.0, "simulation_encoder_resolution": 3.0}).axis(1)
-    assert (found.encoder.scaling_factor, found.sensor.encoder_resolution) == (2.0, 3.0)
-    assert found.simulation_encoder_resolution == 3.0  # type: ignore[attr-defined]
+    result = axis({"encoder_scaling_factor": 2.0, "simulation_encoder_resolution": 3.0}).axis(1)
+    assert (result.encoder.scaling_factor, result.sensor.encoder_resolution) == (2.0, 3.0)
+    assert result.simulation_encoder_resolution == 3.0  # type: ignore[attr-defined]
 
 
 def test_drives_that_are_switched() -> None:
     masks = {f"drive_stepper_mask_cycle{n}": n for n in range(1, 7)}
-    found = axis({"axis_type": 3, "drive_type": 8, "stepper_operation_mode": 2} | masks).axis(1)
-    assert found.amplifier.kind == STEPPER
-    assert list(found.amplifier.masks) == [1, 2, 3, 4, 5, 6]
-    assert (found.amplifier.mask_count, found.amplifier.mask_bits) == (6, 7)
+    result = axis({"axis_type": 3, "drive_type": 8, "stepper_operation_mode": 2} | masks).axis(1)
+    assert result.amplifier.kind == STEPPER
+    assert list(result.amplifier.masks) == [1, 2, 3, 4, 5, 6]
+    assert (result.amplifier.mask_count, result.amplifier.mask_bits) == (6, 7)
     assert axis({"axis_type": 2, "drive_type": 7}).axis(1).amplifier.kind == TWO_SPEEDS
 
 
@@ -59,10 +59,10 @@ def test_each_encoder_and_drive_has_its_own_part_of_one_machine() -> None:
         drive_ids=(1, 2),
         elements=[{"encoder_scaling_factor": 0.01, "simulation_time_constant": 0.5}],
     )
-    found = Nc(2_000_000, [described], compiled=False).axis(1)
-    assert [each.sensor.encoder_resolution for each in found.encoders] == [1e-4, 0.01]
-    assert [each.amplifier.time_constant for each in found.drives] == [0.004, 0.5]
-    assert {each.sensor.machine for each in found.encoders} == {found.machine}
+    result = Nc(2_000_000, [described], compiled=False).axis(1)
+    assert [each.sensor.encoder_resolution for each in result.encoders] == [1e-4, 0.01]
+    assert [each.amplifier.time_constant for each in result.drives] == [0.004, 0.5]
+    assert {each.sensor.machine for each in result.encoders} == {result.machine}
     with pytest.raises(AxisParametersError, match="no parameter 'simulation_cam_end'"):
         AxisParameters(1, drive_ids=(1, 2), elements=[{"simulation_cam_end": 1.0}])
 

@@ -33,8 +33,8 @@ from achse.motion.path.record import (
     ],
 )
 def test_coulomb(degrees: float, factor: float) -> None:
-    found = corner_factor(ReductionMethod.COULOMB, radians(degrees), 0.5, 0.0, pi)
-    assert found == pytest.approx(min(1.0, 0.5 * factor), abs=1e-9)
+    corner = corner_factor(ReductionMethod.COULOMB, radians(degrees), 0.5, 0.0, pi)
+    assert corner == pytest.approx(min(1.0, 0.5 * factor), abs=1e-9)
 
 
 def test_coulomb_at_its_ends() -> None:
@@ -57,8 +57,8 @@ def test_coulomb_at_its_ends() -> None:
 )
 def test_cosine(degrees: float, factor: float) -> None:
     low, high = radians(10), radians(90)
-    found = corner_factor(ReductionMethod.COSINE, radians(degrees), 0.2, low, high)
-    assert found == pytest.approx(factor, abs=1e-9)
+    corner = corner_factor(ReductionMethod.COSINE, radians(degrees), 0.2, low, high)
+    assert corner == pytest.approx(factor, abs=1e-9)
 
 
 @pytest.mark.parametrize(("degrees", "factor"), [(9, 1.0), (50, 0.4), (91, 0.0)])

@@ -74,12 +74,12 @@ def test_what_is_safe_rises_when_more_is_known(  # type: ignore[no-untyped-def]
     c, s = radius * cos(angle), radius * sin(angle)
     second = ArcGeometry((0, 0, 0), (c, s, 0), (-s, c, 0), 0.5)
     junctions = [junction_record() for _ in range(64)]
-    found = []
+    results = []
     for arc in (first, second):
         path.append(PathArc(arc, feed))
         build_junctions(path._elements, junctions, path.state)
-        found.append([junction.safe for junction in junctions[: path._elements[0].spans]])
+        results.append([junction.safe for junction in junctions[: path._elements[0].spans]])
     # a ramp to rest may be shorter than one to a lower velocity
-    assert all(more >= 0.6 * less for less, more in zip(*found, strict=True))
-    assert found[0][-1] == 0.0
-    assert found[1][-1] > 0.0
+    assert all(more >= 0.6 * less for less, more in zip(*results, strict=True))
+    assert results[0][-1] == 0.0
+    assert results[1][-1] > 0.0

@@ -155,6 +155,6 @@ def excess(path: PathPlanner, axes: list[PathLimits]) -> float:
 def test_paths_take_little_more_than_the_shortest_time(
     smoothing: Smoothing, arcs: float, most: float, many: Callable[[int], int]
 ) -> None:
-    found = [excess(*drawn(seed, smoothing, arcs)) for seed in range(many(PATHS))]
-    assert median(found) < most
-    assert min(found) > -0.01
+    results = [excess(*drawn(seed, smoothing, arcs)) for seed in range(many(PATHS))]
+    assert median(results) < most
+    assert min(results) > -0.01

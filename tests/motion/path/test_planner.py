@@ -99,9 +99,9 @@ def test_hold_and_step_on() -> None:
     path.hold()
     path.advance(200)
     assert path.standstill
-    held = path.position
+    before = path.position
     path.advance(100)
-    assert path.position == held
+    assert path.position == before
     path.step_on()
     run(path)
     assert path.position == (100, 0, 0)

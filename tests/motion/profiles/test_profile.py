@@ -543,13 +543,13 @@ def test_the_highest_velocity_is_that_of_a_ramp_over_the_distance(case: Any) -> 
     if change * jerk > acc * acc:
         time = change / acc + acc / jerk
     distance = (lowest + 0.5 * change) * time
-    found = highest_velocity(distance, lowest, acc, jerk)
-    assert found == pytest.approx(lowest + change, rel=1e-9)
+    highest = highest_velocity(distance, lowest, acc, jerk)
+    assert highest == pytest.approx(lowest + change, rel=1e-9)
     t, j = [0.0] * MAX_SEGMENTS, [0.0] * MAX_SEGMENTS
     state = 0.0, lowest, 0.0, distance
-    limits = found, acc, acc, jerk
-    assert plan_to_position(t, j, *state, found * (1.0 - 1e-9), *limits) > 0
-    assert plan_to_position(t, j, *state, found * (1.0 + 1e-9), *limits) < 0
+    limits = highest, acc, acc, jerk
+    assert plan_to_position(t, j, *state, highest * (1.0 - 1e-9), *limits) > 0
+    assert plan_to_position(t, j, *state, highest * (1.0 + 1e-9), *limits) < 0
 
 
 @given(situations())
@@ -559,16 +559,16 @@ def test_the_reachable_velocity_is_reached_and_no_higher_one(case: Any) -> None:
     v = max(abs(v), 1e-3 * top)
     a = min(max(a, -dec, -math.sqrt(2.0 * jerk * v)), acc)
     distance = top * math.sqrt(top / jerk)
-    found = reachable_velocity(distance, v, a, acc, jerk)
-    assume(found > 1e-6 * top)
+    reachable = reachable_velocity(distance, v, a, acc, jerk)
+    assume(reachable > 1e-6 * top)
     t, j = [0.0] * MAX_SEGMENTS, [0.0] * MAX_SEGMENTS
-    fits = found * (1.0 - 1e-9)
-    n = plan_to_position(t, j, 0.0, v, a, distance, fits, found, acc, dec, jerk)
+    fits = reachable * (1.0 - 1e-9)
+    n = plan_to_position(t, j, 0.0, v, a, distance, fits, reachable, acc, dec, jerk)
     assert n > 0
     p, w, b = end_state(t, j, n, 0.0, v, a)
     assert (p, w) == pytest.approx((distance, fits), rel=1e-6)
     assert b == pytest.approx(0.0, abs=1e-6 * acc)
-    more = found * (1.0 + 1e-6)
+    more = reachable * (1.0 + 1e-6)
     assert plan_to_position(t, j, 0.0, v, a, distance, more, more, acc, dec, jerk) < 0
 
 

@@ -49,9 +49,9 @@ def test_machine_code_gives_the_bytes_of_the_plain_form(
     directions: list[int],
     phases: list[MotionPhase],
 ) -> None:
-    found = axes(2)
+    result = axes(2)
     readers, plain = [], []
-    for n, axis in enumerate(found):
+    for n, axis in enumerate(result):
         axis.set_position, axis.encoder.actual_position = positions[n], positions[1 - n]
         axis.set_velocity, axis.velocity_override = velocities[n], overrides[n]
         axis.external_setpoint_active = external[n]

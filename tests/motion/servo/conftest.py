@@ -29,11 +29,11 @@ RESOLUTION = 131_072
 
 
 def entries(objects: Sequence[int], known: Any, first: int) -> list[ProcessEntry]:
-    found, at = [], first
+    result, at = [], first
     for index in objects:
-        found.append(ProcessEntry(index, at, known[index].size))
+        result.append(ProcessEntry(index, at, known[index].size))
         at += known[index].size
-    return found
+    return result
 
 
 class Bench:

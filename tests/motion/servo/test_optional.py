@@ -32,11 +32,11 @@ def parts_without(keys: set[str]) -> DriveParts:
     return replace(ALL_PARTS, **dict.fromkeys(keys, False))
 
 
-def bench_without(make_bench: Any, keys: set[str], told: bool = True, **options: Any) -> Any:
-    """A drive without these parts; `told`: its table says so."""
+def bench_without(make_bench: Any, keys: set[str], in_table: bool = True, **options: Any) -> Any:
+    """A drive without these parts; `in_table`: its table says so."""
     cleared = sum(each.mask for each in BITS if each.key in keys)
     inputs = [each for each in INPUTS if each != DISPLAY or MODE_DISPLAY.key not in keys]
-    parts = parts_without(keys) if told else ALL_PARTS
+    parts = parts_without(keys) if in_table else ALL_PARTS
     return make_bench(inputs=inputs, cleared=cleared, parts=parts, **options)
 
 
@@ -129,9 +129,9 @@ def test_missing_condition_names_the_key_of_the_drive(
         bench._collect = without_display
     bench.run(0.5)
     assert not bench.axis.loop_closed
-    told = bench.servos.servos[0].missing_condition
-    assert words in told
-    assert f"{key} = false" in told
+    message = bench.servos.servos[0].missing_condition
+    assert words in message
+    assert f"{key} = false" in message
 
 
 @pytest.mark.parametrize("voltage_bit", [False, True])
@@ -142,9 +142,9 @@ def test_missing_condition_names_power_and_local_control(
     bench = make_bench(parts=parts, cleared=REMOTE_BIT.mask | VOLTAGE_BIT.mask)
     bench.drive.faults.main_power(False)
     bench.run(0.5)
-    told = bench.servos.servos[0].missing_condition
-    assert "bit 9 of 6041h is 0 (the drive obeys 6040h)" in told
-    assert ("bit 4 of 6041h is 0 (main power is on)" in told) is voltage_bit
+    message = bench.servos.servos[0].missing_condition
+    assert "bit 9 of 6041h is 0 (the drive obeys 6040h)" in message
+    assert ("bit 4 of 6041h is 0 (main power is on)" in message) is voltage_bit
 
 
 def test_no_condition_is_missing_when_the_axis_is_ready(make_bench: Any) -> None:

@@ -28,7 +28,7 @@ def link(inputs: Any, outputs: Any, mode: ServoMode = ServoMode.CSP) -> ServoLin
 
 
 @pytest.mark.parametrize(
-    ("inputs", "outputs", "mode", "told"),
+    ("inputs", "outputs", "mode", "message"),
     [
         ([STATUS], [CONTROL, TARGET], ServoMode.CSP, "6064h is not in the inputs"),
         ([POSITION], [CONTROL, TARGET], ServoMode.CSP, "6041h is not in the inputs"),
@@ -42,10 +42,10 @@ def link(inputs: Any, outputs: Any, mode: ServoMode = ServoMode.CSP) -> ServoLin
     ],
 )
 def test_process_data_that_cannot_work_are_refused(
-    inputs: Any, outputs: Any, mode: ServoMode, told: str
+    inputs: Any, outputs: Any, mode: ServoMode, message: str
 ) -> None:
     nc = Nc(2_000_000, [AxisParameters(1)], compiled=False)
-    with pytest.raises(ServoError, match=told):
+    with pytest.raises(ServoError, match=message):
         Servos(nc, [link(inputs, outputs, mode)], 6, 6)
 
 

@@ -176,8 +176,8 @@ def test_a_stopped_compensation_keeps_the_axis_maximum(make_rig: Any) -> None:
         rig = make_rig(max_velocity=120.0, default_acceleration=1500.0)
         assert commands.universal_start(rig.axis, 3, 0.0, 110.0, 0.0, 0.0, STEEP) == 0
         rig.run(10)
-        asked = commands.Compensation(1, 20_000.0, 20_000.0, 100.0, 110.0, 20.0, 100.0)
-        assert commands.start_superposition(rig.axis, asked)[0] in (0, 0x4243)
+        compensation = commands.Compensation(1, 20_000.0, 20_000.0, 100.0, 110.0, 20.0, 100.0)
+        assert commands.start_superposition(rig.axis, compensation)[0] in (0, 0x4243)
         rig.run(cycles)
         v = rig.axis.set_velocity
         assert commands.universal_start(rig.axis, 8192, 0.0, 0.0, 0.0, WEAK, WEAK) == 0

@@ -15,8 +15,8 @@ def test_a_job_asks_for_what_is_given_and_nothing_else() -> None:
     job = Job()
     job.start_velocity, job.blending_position, job.mode = 3.0, 4.0, BufferMode.BUFFERED
     set_request(job, 7, StartType.RELATIVE, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0)
-    given = {name: getattr(job, name) for name in JobRequest.__annotations__}
-    assert given == {
+    options = {name: getattr(job, name) for name in JobRequest.__annotations__}
+    assert options == {
         "number": 7, "start_type": StartType.RELATIVE, "mode": BufferMode.ABORTING,
         "position": 1.0, "velocity": 2.0, "acceleration": 3.0, "deceleration": 4.0, "jerk": 5.0,
         "end_velocity": 6.0, "start_velocity": 0.0, "blending_position": inf,

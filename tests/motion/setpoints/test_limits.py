@@ -246,8 +246,8 @@ def test_a_compensation_keeps_the_limit(make_rig: Any) -> None:
     axis = rig.axis
     assert commands.start(axis, 3, 0.0, V) == 0
     rig.seconds(0.5)
-    asked = commands.Compensation(3, 1000.0, 1000.0, 30.0, V, 20.0, 400.0)
-    assert commands.start_superposition(axis, asked)[0] in (0, 0x4243)
+    compensation = commands.Compensation(3, 1000.0, 1000.0, 30.0, V, 20.0, 400.0)
+    assert commands.start_superposition(axis, compensation)[0] in (0, 0x4243)
     assert highest_until_rest(rig) <= 100.0 + TOLERANCE
     assert axis.error_code == 0x4463
 
@@ -298,8 +298,8 @@ def test_a_weak_command_under_a_compensation_keeps_the_limit(make_rig: Any) -> N
     axis = rig.axis
     assert commands.universal_start(axis, 3, 0.0, V, 1500.0, 5000.0, 1e5) == 0
     rig.until(lambda axis: axis.set_position > 20.0)
-    asked = commands.Compensation(3, 1000.0, 1000.0, 50.0, V, 5.0, 60.0)
-    assert commands.start_superposition(axis, asked)[0] in (0, 0x4243)
+    compensation = commands.Compensation(3, 1000.0, 1000.0, 50.0, V, 5.0, 60.0)
+    assert commands.start_superposition(axis, compensation)[0] in (0, 0x4243)
     rig.run(25)
     assert commands.universal_start(axis, 1, 0.0, V, 100.0, 100.0, 1e5, 1) == 0
     assert highest_until_rest(rig) <= 100.0 + TOLERANCE

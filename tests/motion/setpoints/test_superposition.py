@@ -310,8 +310,8 @@ def test_soft_limits_hold_for_the_sum(make_rig: Any) -> None:
     rig = make_rig(encoder_soft_limit_max_enable=1, encoder_soft_limit_max=505.0)
     assert commands.start(rig.axis, 1, 500.0, V) == 0
     rig.seconds(1.0)
-    asked = Compensation(3, A, D, 30.0, V, 7.0, 300.0)
-    assert commands.start_superposition(rig.axis, asked)[0] == 0x4461
+    compensation = Compensation(3, A, D, 30.0, V, 7.0, 300.0)
+    assert commands.start_superposition(rig.axis, compensation)[0] == 0x4461
     endless = cruising(make_rig, encoder_soft_limit_max_enable=1, encoder_soft_limit_max=100.0)
     start(endless, 3, 30.0, 60.0, 400.0)
     endless.until(lambda axis: axis.error_code == 0x4463)
@@ -367,8 +367,8 @@ def test_a_compensation_keeps_both_targets_of_a_reversing_operation_within_the_l
     rig = make_rig(encoder_soft_limit_min_enable=1, encoder_soft_limit_min=-10.0)
     assert commands.start_reversing(rig.axis, 1, 400.0, 0.0, V, 0.2) == 0
     rig.until(lambda ax: ax.set.velocity == V)
-    asked = Compensation(3, A, D, 30.0, V, -20.0, 200.0)
-    assert commands.start_superposition(rig.axis, asked)[0] == 0x4460
+    compensation = Compensation(3, A, D, 30.0, V, -20.0, 200.0)
+    assert commands.start_superposition(rig.axis, compensation)[0] == 0x4460
     start(rig, 3, 30.0, -5.0, 200.0)
 
 
@@ -428,11 +428,11 @@ def test_random_compensations(make_rig: Any, seed: int) -> None:
             target, v = dice.uniform(-1000.0, 1000.0), dice.uniform(10.0, 300.0)
             commands.universal_start(axis, 1, target, v, buffer_mode=mode)
         else:
-            asked = Compensation(
+            compensation = Compensation(
                 dice.randint(1, 6), 0.0, dice.choice([0.0, 2000.0]), dice.uniform(1.0, 200.0),
                 dice.uniform(20.0, 300.0), dice.uniform(-100.0, 100.0), dice.uniform(1.0, 600.0),
             )  # fmt: skip
-            commands.start_superposition(axis, asked)
+            commands.start_superposition(axis, compensation)
         trace = rig.trace(dice.randrange(400))
         for (p, v, _), (q, w, a) in pairwise(trace):
             assert isfinite(q)
@@ -463,8 +463,8 @@ def test_a_main_motion_far_beyond_the_process_velocity_does_not_hurry_it(make_ri
     it goes as fast as A and D come to those of the axis.
     """
     rig = cruising(make_rig, max_acceleration=4.0 * A, max_deceleration=9.0 * D)
-    asked = Compensation(1, A, D, 20.0, 0.1 * V, 5.0, 5.0)
-    assert commands.start_superposition(rig.axis, asked)[0] == 0
+    compensation = Compensation(1, A, D, 20.0, 0.1 * V, 5.0, 5.0)
+    assert commands.start_superposition(rig.axis, compensation)[0] == 0
     _, velocities = watch(rig)
     steps = [after - before for before, after in pairwise([V, *velocities])]
     assert max(steps) == pytest.approx(4.0 * A * rig.nc.cycle_seconds)
@@ -486,8 +486,8 @@ def test_a_stop_in_the_last_ramp_with_a_slowing_compensation_keeps_the_jerk(
     rig.until(lambda axis: axis.set_acceleration < 0.0)
     rig.until(lambda axis: axis.set_velocity < (0.05 + 0.02 * moment) * V)
     length = 0.9 * rig.axis.remaining_distance
-    asked = Compensation(1, 10.0 * A, 10.0 * A, V, V, share * length, length)
-    assert commands.start_superposition(rig.axis, asked)[0] == 0
+    compensation = Compensation(1, 10.0 * A, 10.0 * A, V, V, share * length, length)
+    assert commands.start_superposition(rig.axis, compensation)[0] == 0
     rig.run(3)
     rig.axis.control_dword = 1
     rig.run(1)

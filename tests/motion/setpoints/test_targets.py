@@ -152,8 +152,8 @@ def test_any_chain_passes_each_border_as_its_modes_and_ways_allow(
     modes = [mode for _, _, mode in moves]
     borders = [0.0] * (len(moves) + 1)
     for n in range(len(moves) - 1, 0, -1):
-        asked = wanted(modes[n], velocities[n - 1], velocities[n])
-        borders[n] = min(asked, fastest(ways[n], borders[n + 1]))
+        requested = wanted(modes[n], velocities[n - 1], velocities[n])
+        borders[n] = min(requested, fastest(ways[n], borders[n + 1]))
     for n in range(1, len(moves)):
         borders[n] = min(borders[n], fastest(ways[n - 1], borders[n - 1]))
 

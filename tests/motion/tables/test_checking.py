@@ -17,18 +17,18 @@ def test_all_ways_find_the_same(rows: int) -> None:
     dice = random.Random(rows)
     places = array("d", (dice.uniform(-1e3, 1e3) for _ in range(rows)))
     values = array("d", (dice.uniform(-2e3, 2e3) for _ in range(rows)))
-    found = array("d", [0.0] * 3)
-    extremes(places, values, found)
+    results = array("d", [0.0] * 3)
+    extremes(places, values, results)
     steps = [places[i + 1] - places[i] for i in range(rows - 1)]
-    assert list(found) == [min(steps), max(steps), max(map(abs, [*places, *values]))]
-    assert extremes_of(places, values) == tuple(found)
+    assert list(results) == [min(steps), max(steps), max(map(abs, [*places, *values]))]
+    assert extremes_of(places, values) == tuple(results)
 
 
 def test_numbers_without_end_are_no_steps() -> None:
     places = array("d", [0.0, inf, inf, *range(1000)])
-    found = array("d", [0.0] * 3)
-    extremes(places, places, found)
-    assert not found[0] >= 0.0
+    results = array("d", [0.0] * 3)
+    extremes(places, places, results)
+    assert not results[0] >= 0.0
     assert CHECKING.plain is not None
 
 
@@ -48,16 +48,16 @@ def test_numbers_without_end_are_no_steps() -> None:
 def test_steps_and_reach_of_few_rows(
     places: list[float], values: list[float], expected: tuple[float, float, float]
 ) -> None:
-    found = array("d", [0.0] * 3)
-    extremes(places, values, found)
-    assert tuple(found) == expected
+    results = array("d", [0.0] * 3)
+    extremes(places, values, results)
+    assert tuple(results) == expected
     assert extremes_of(array("d", places), array("d", values)) == expected
 
 
 def test_step_that_is_no_number_is_the_shortest() -> None:
-    found = array("d", [0.0] * 3)
-    extremes([0.0, inf, inf], [0.0, 0.0, 0.0], found)
-    assert found[0] != found[0]
+    results = array("d", [0.0] * 3)
+    extremes([0.0, inf, inf], [0.0, 0.0, 0.0], results)
+    assert results[0] != results[0]
 
 
 @pytest.mark.parametrize(

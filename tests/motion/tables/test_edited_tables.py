@@ -136,10 +136,10 @@ def test_change_of_scaling_waits_while_points_change() -> None:
 def test_kernels_are_not_told_of_points_that_fit_into_memory() -> None:
     nc = build()
     follow(nc, 2, 13, 5)
-    told: list[int] = []
-    nc.tables.laid_out = lambda: told.append(1)
+    reports: list[int] = []
+    nc.tables.laid_out = lambda: reports.append(1)
     change(nc, 5, 11.0)
-    assert told == []
+    assert reports == []
 
 
 def test_values_of_a_motion_function_are_those_of_its_laws() -> None:

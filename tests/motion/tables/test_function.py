@@ -122,17 +122,17 @@ def test_what_is_no_function_is_refused(points: list[MotionPoint], error: NcErro
 
 def test_worked_characteristic_values() -> None:
     """POLY5, 0..180 → 100."""
-    found = survey_function(function_elements([point(0.0, 0.0), point(180.0, 100.0)]))
-    assert len(found) == 31
-    assert found[:11] == pytest.approx(
+    survey = survey_function(function_elements([point(0.0, 0.0), point(180.0, 100.0)]))
+    assert len(survey) == 31
+    assert survey[:11] == pytest.approx(
         [1.0, 0.0, 0.0, 0.0, 0.0, 60 * 100 / 180**3, 180.0, 100.0, 0.0, 0.0, 60 * 100 / 180**3],
         abs=1e-12,
     )
-    assert found[15:18] == pytest.approx([141.961524227, -0.017819452753, 0.462962963], abs=6e-10)
-    assert found[22:24] == pytest.approx([90.0, 1.041666667], abs=6e-10)
-    assert found[24:26] == pytest.approx([38.038475773, 0.017819452753], abs=6e-10)
-    assert (found[18], found[27]) == pytest.approx((-0.000514403292, 0.001028806584), abs=6e-13)
-    assert found[29:] == pytest.approx([0.555555556, 0.012778991840], abs=6e-10)
+    assert survey[15:18] == pytest.approx([141.961524227, -0.017819452753, 0.462962963], abs=6e-10)
+    assert survey[22:24] == pytest.approx([90.0, 1.041666667], abs=6e-10)
+    assert survey[24:26] == pytest.approx([38.038475773, 0.017819452753], abs=6e-10)
+    assert (survey[18], survey[27]) == pytest.approx((-0.000514403292, 0.001028806584), abs=6e-13)
+    assert survey[29:] == pytest.approx([0.555555556, 0.012778991840], abs=6e-10)
 
 
 NUMBER = st.floats(-100.0, 100.0)

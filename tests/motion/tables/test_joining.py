@@ -30,12 +30,12 @@ def block(
     memory.numbers[first + COUNT] = count
     memory.numbers[first + BEGIN] = places[0]
     memory.numbers[first + PERIOD] = places[-1] - places[0]
-    given = array("d", places), array("d", values), memory.numbers
+    arguments = array("d", places), array("d", values), memory.numbers
     rest = (first, method, boundary, *slopes, 0, count)
     if compiled:
-        JOINING.function(*(part for each in given for part in each.buffer_info()), *rest)
+        JOINING.function(*(part for each in arguments for part in each.buffer_info()), *rest)
     else:
-        join(*given, first, method, boundary, *slopes, 0, count)
+        join(*arguments, first, method, boundary, *slopes, 0, count)
     return memory, first
 
 
@@ -73,13 +73,13 @@ def drawn(seed: int, least: int) -> tuple[list[float], list[float]]:
 
 def slopes_of_bessel(places: list[float], values: list[float]) -> list[float]:
     """Derivative at each row of the parabola through the nearest three."""
-    found = []
+    results = []
     for n, place in enumerate(places):
         at = min(max(n, 1), len(places) - 2)
         near = slice(at - 1, at + 2)
         x = np.array(places[near]) - place
-        found.append(float(np.linalg.solve(np.vander(x, 3), values[near])[1]))
-    return found
+        results.append(float(np.linalg.solve(np.vander(x, 3), values[near])[1]))
+    return results
 
 
 @pytest.mark.parametrize("seed", range(40))
@@ -88,7 +88,7 @@ def test_scipy_says_the_same(seed: int) -> None:
     dice = random.Random(seed)
     slopes = dice.uniform(-5.0, 5.0), dice.uniform(-5.0, 5.0)
     closed = [*values[:-1], values[0]]
-    for given, boundary, oracle in (
+    for arguments, boundary, oracle in (
         (values, Boundary.NATURAL, CubicSpline(places, values, bc_type="natural")),
         (
             values,
@@ -97,7 +97,7 @@ def test_scipy_says_the_same(seed: int) -> None:
         ),
         (closed, Boundary.PERIODIC, CubicSpline(places, closed, bc_type="periodic")),
     ):
-        memory, first = block(places, given, SPLINE, boundary, slopes)
+        memory, first = block(places, arguments, SPLINE, boundary, slopes)
         _compare(memory, first, places, oracle)
     memory, first = block(places, values, LOCAL, Boundary.SLOPES)
     _compare(
@@ -109,10 +109,10 @@ def _compare(memory: CamMemory, first: int, places: list[float], oracle: object)
     for before, after in pairwise(places):
         for share in (0.0, 0.25, 0.7):
             place = before + share * (after - before)
-            found = cam_values(memory.numbers, first, 0, place)
+            values = cam_values(memory.numbers, first, 0, place)
             for order in range(3):
                 right = float(oracle(place, order))  # type: ignore[operator]
-                assert found[order] == pytest.approx(right, rel=1e-7, abs=1e-7 * 10.0**order)
+                assert values[order] == pytest.approx(right, rel=1e-7, abs=1e-7 * 10.0**order)
 
 
 @pytest.mark.parametrize("seed", range(10))
@@ -150,5 +150,5 @@ def test_four_rows_are_met(seed: int) -> None:
         cubic = np.linalg.solve(np.vander(x, 4), values[near : near + 4])
         place = 0.5 * (before + after)
         scale = 1.0 + float(np.abs(cubic).max()) * (after - before)
-        found = cam_values(memory.numbers, first, 0, place)[0]
-        assert found == pytest.approx(np.polyval(cubic, place - before), abs=1e-6 * scale)
+        result = cam_values(memory.numbers, first, 0, place)[0]
+        assert result == pytest.approx(np.polyval(cubic, place - before), abs=1e-6 * scale)

@@ -27,10 +27,10 @@ def test_less_without_machine_code(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_all_together() -> None:
     limits = TableLimits(1000, 1500)
-    held = Table(1, TableType.CAMMING, 1, 500, 2)
-    assert not refused(limits, TableType.CAMMING, 250, 2, held)
-    assert refused(limits, TableType.CAMMING, 251, 2, held)
-    assert refused(limits, TableType.CHARACTERISTIC, 251, 2, held)
+    table = Table(1, TableType.CAMMING, 1, 500, 2)
+    assert not refused(limits, TableType.CAMMING, 250, 2, table)
+    assert refused(limits, TableType.CAMMING, 251, 2, table)
+    assert refused(limits, TableType.CHARACTERISTIC, 251, 2, table)
 
 
 def test_characteristics_and_motion_functions_are_smaller() -> None:
@@ -49,8 +49,8 @@ def test_each_table_has_a_bound_and_all_together() -> None:
     assert refused(limits, TableType.CAMMING, 51, 2)
     for kind in TableType:
         columns = 1 if kind == TableType.MOTION_FUNCTION else 2
-        held = Table(1, kind, 3, 40, columns)
-        limits = TableLimits(1 << 20, held.size + 100)
+        table = Table(1, kind, 3, 40, columns)
+        limits = TableLimits(1 << 20, table.size + 100)
         for demanded in (TableType.CAMMING, TableType.CHARACTERISTIC):
-            assert not refused(limits, demanded, 50, 2, held)
-            assert refused(limits, demanded, 51, 2, held)
+            assert not refused(limits, demanded, 50, 2, table)
+            assert refused(limits, demanded, 51, 2, table)

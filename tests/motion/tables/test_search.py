@@ -16,8 +16,8 @@ def curve(places: list[float], values: list[float], cyclic: bool, method: int = 
     first = memory.take(HEADER + SPAN * count)
     head = 0.0, count, places[0], places[-1] - places[0], values[-1] - values[0], cyclic, 0.0, 0.0
     memory.numbers[first : first + HEADER] = array("d", head)
-    given = array("d", places), array("d", values), memory.numbers
-    join(*given, first, method, Boundary.SLOPES, 0.0, 0.0, 0, count)
+    arguments = array("d", places), array("d", values), memory.numbers
+    join(*arguments, first, method, Boundary.SLOPES, 0.0, 0.0, 0, count)
     return CamCurve(memory.numbers, first)
 
 
@@ -31,16 +31,16 @@ HILL = [0.0, 135.0, 180.0, 225.0, 360.0], [0.0, 80.0, 100.0, 80.0, 0.0]
 def test_the_documented_example(
     cyclic: bool, start: float, expected: tuple[float | None, ...]
 ) -> None:
-    found = nearest(curve(*HILL, cyclic), 80.0, start)
-    assert tuple(each and each.position for each in found) == expected
+    places = nearest(curve(*HILL, cyclic), 80.0, start)
+    assert tuple(each and each.position for each in places) == expected
 
 
 def test_with_a_lift_the_solution_may_be_cycles_away() -> None:
     lifted = curve([0.0, 180.0, 360.0], [0.0, 100.0, 360.0], True)
     for start, side in ((90.0, 1), (5000.0, 0)):
-        found = nearest(lifted, 1000.0, start)
-        there = found[side]
-        assert found[1 - side] is None
+        places = nearest(lifted, 1000.0, start)
+        there = places[side]
+        assert places[1 - side] is None
         assert there is not None
         assert there.lift == 720.0
         assert there.position == 720.0 + there.cam_position
@@ -70,11 +70,11 @@ def test_the_nearest_is_found(seed: int) -> None:
         cycles = (position - cam.begin) // cam.period if cyclic else 0.0
         return cam.value(position - cycles * cam.period) + cycles * cam.stroke
 
-    for side, found in zip((-1.0, 1.0), nearest(cam, value, start), strict=True):
-        if found is not None:
-            assert at(found.position) == pytest.approx(value, abs=1e-6)
-            assert (found.position - start) * side >= -1e-6
-        reach = min(abs(found.position - start) if found else 3.0 * cam.period, 3.0 * cam.period)
+    for side, result in zip((-1.0, 1.0), nearest(cam, value, start), strict=True):
+        if result is not None:
+            assert at(result.position) == pytest.approx(value, abs=1e-6)
+            assert (result.position - start) * side >= -1e-6
+        reach = min(abs(result.position - start) if result else 3.0 * cam.period, 3.0 * cam.period)
         before: float | None = None
         for n in range(1500):
             position = start + side * reach * (0.5 + n) / 1501.0
@@ -102,10 +102,10 @@ def test_machine_code_scans_as_python(seed: int) -> None:
         both = []
         functions: tuple[Callable[..., object], ...] = (scan, SCANNING.function)
         for function in functions:
-            found = array("d", [0.0, 0.0, 0.0])
-            rows: list[object] = [numbers, found]
+            results = array("d", [0.0, 0.0, 0.0])
+            rows: list[object] = [numbers, results]
             if function is not scan:
-                rows = [part for each in (numbers, found) for part in each.buffer_info()]
+                rows = [part for each in (numbers, results) for part in each.buffer_info()]
             function(*rows, *rest)
-            both.append(list(found))
+            both.append(list(results))
         assert both[0] == both[1]

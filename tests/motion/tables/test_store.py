@@ -104,10 +104,10 @@ def packed(*points: tuple[Any, ...]) -> bytes:
 def nc() -> Nc:
     """Three enabled axes; table 7 is a cam."""
     axes = [AxisParameters(n, values={"control_dword": 7}) for n in (1, 2, 3)]
-    made = Nc(2_000_000, axes, compiled=False)
-    made.cycle(3)
-    made.tables.write(made.tables.create(7, TableType.CAMMING, 3, 4, 2), 0, RISING)
-    return made
+    result = Nc(2_000_000, axes, compiled=False)
+    result.cycle(3)
+    result.tables.write(result.tables.create(7, TableType.CAMMING, 3, 4, 2), 0, RISING)
+    return result
 
 
 @pytest.mark.parametrize(
@@ -263,11 +263,11 @@ def test_cams_without_a_user_give_their_memory_back(nc: Nc) -> None:
     first = tables.cam(7, 0)
     assert tables.cam(8, 0) == first  # nobody uses the one before
     assert commands.couple_by_cam(nc.axis(2), 10, 1, CamDemand(7)) == 0
-    kept = tables.cam(7, 0)
+    stored = tables.cam(7, 0)
     other = tables.cam(8, 0)
-    assert other != kept
+    assert other != stored
     assert tables.cam(8, 2) == other
-    assert tables.cam(7, 0) == kept
+    assert tables.cam(7, 0) == stored
 
 
 def test_refused_cam_takes_no_memory(nc: Nc) -> None:
@@ -286,9 +286,9 @@ def test_nearest_place_of_a_value_is_found_before_and_behind(nc: Nc, slave: floa
     tables = nc.tables
     place = {0.0: 0.0, 15.0: 45.0, 45.0: 135.0, 100.0: 360.0}[slave]
     below, above = tables.nearest(tables.find(7), slave, 200.0)
-    found = below if place <= 200.0 else above
-    assert found is not None
-    assert found.position == pytest.approx(place)
+    result = below if place <= 200.0 else above
+    assert result is not None
+    assert result.position == pytest.approx(place)
     assert (above if place <= 200.0 else below) is None
     table = tables.create(8, TableType.MOTION_FUNCTION, 3, 2, 1)
     tables.write_points(table, 0, packed(*CURVED))
@@ -492,16 +492,16 @@ def test_changed_points_leave_other_functions(nc: Nc) -> None:
 
 def test_kernels_are_told_when_the_memory_has_grown(nc: Nc) -> None:
     tables = nc.tables
-    told: list[int] = []
-    tables.laid_out = lambda: told.append(len(tables.cams.numbers))
+    reports: list[int] = []
+    tables.laid_out = lambda: reports.append(len(tables.cams.numbers))
     tables.cam(7, 0)
-    assert told == []
+    assert reports == []
     rows = 400
     numbers = [value for n in range(rows) for value in (float(n), 0.0)]
     tables.write(tables.create(8, TableType.CAMMING, 3, rows, 2), 0, numbers)
     tables.cam(8, 0)
-    assert told == [len(tables.cams.numbers)]
-    assert told[0] >= rows * SPAN
+    assert reports == [len(tables.cams.numbers)]
+    assert reports[0] >= rows * SPAN
 
 
 def test_points_written_again_and_again_need_no_more_memory(nc: Nc) -> None:
@@ -550,14 +550,14 @@ def test_kernels_are_told_when_changed_points_need_more_memory(nc: Nc) -> None:
     points = [(n, 5, 0, 1, 0, float(n), 0.0, 0.0, 0.0, 0.0) for n in range(count)]
     tables.write_points(table, 0, packed(*points))
     assert commands.couple_by_cam(nc.axis(2), 13, 1, CamDemand(8)) == 0
-    told: list[int] = []
-    tables.laid_out = lambda: told.append(len(tables.cams.numbers))
+    reports: list[int] = []
+    tables.laid_out = lambda: reports.append(len(tables.cams.numbers))
     size = len(tables.cams.numbers)
     while len(tables.cams.numbers) == size:
-        assert told == []
+        assert reports == []
         tables.change_online(table, PointActivation(CamActivation.NEXT_CYCLE))
         tables.write_points(table, 1, packed(points[1]))
-    assert told == [len(tables.cams.numbers)]
+    assert reports == [len(tables.cams.numbers)]
 
 
 def test_points_for_one_cycle_return_unless_that_is_deleted(nc: Nc) -> None:

@@ -17,9 +17,9 @@ def table(
     columns: int = 2,
     main_type: TableType = TableType.CAMMING,
 ) -> Table:
-    made = Table(7, main_type, sub_type, len(numbers) // columns, columns)
-    made.values = array("d", numbers)
-    return made
+    result = Table(7, main_type, sub_type, len(numbers) // columns, columns)
+    result.values = array("d", numbers)
+    return result
 
 
 LIFTING = [0.0, 0.0, 90.0, 30.0, 360.0, 100.0]
@@ -92,11 +92,11 @@ def test_a_scaling_is_for_a_range_of_places_or_for_all() -> None:
 
 
 def test_points_of_a_motion_function_have_places_too() -> None:
-    made = Table(7, TableType.MOTION_FUNCTION, 3, 2, 1)
-    assert (made.of_points, made.size, len(made.motion)) == (True, 14, 112)
-    MOTION_POINT.pack_into(made.motion, 0, 1, 15, 0, 1, 0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    MOTION_POINT.pack_into(made.motion, 56, 2, 0, 0, 1, 0, 180.0, 50.0, 0.0, 0.0, 0.0)
-    assert made.points() == [(0.0, 0.0), (180.0, 50.0)]
+    result = Table(7, TableType.MOTION_FUNCTION, 3, 2, 1)
+    assert (result.of_points, result.size, len(result.motion)) == (True, 14, 112)
+    MOTION_POINT.pack_into(result.motion, 0, 1, 15, 0, 1, 0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    MOTION_POINT.pack_into(result.motion, 56, 2, 0, 0, 1, 0, 180.0, 50.0, 0.0, 0.0, 0.0)
+    assert result.points() == [(0.0, 0.0), (180.0, 50.0)]
 
 
 @pytest.mark.parametrize("seed", range(60))

@@ -47,8 +47,8 @@ def build() -> Nc:
 
 
 def couple(nc: Nc, law: int = 10, master: int = 1, *more: int, **demand: Any) -> int:
-    given = {"table_id": 7, "master_absolute": 1, "slave_absolute": 1} | demand
-    return commands.couple_by_cam(nc.axis(2), law, master, CamDemand(**given), *more)
+    options = {"table_id": 7, "master_absolute": 1, "slave_absolute": 1} | demand
+    return commands.couple_by_cam(nc.axis(2), law, master, CamDemand(**options), *more)
 
 
 @pytest.mark.parametrize(
@@ -271,8 +271,8 @@ def test_numbers_of_a_demand_have_bounds(field: str, largest: float) -> None:
             (inf, refused),
             (nan, refused),
         ):
-            given: dict[str, Any] = {field: sign * number}
-            demand = CamDemand(**given)
+            options: dict[str, Any] = {field: sign * number}
+            demand = CamDemand(**options)
             assert _check(axis, demand, at_once) == code
         if field == "master_scaling":
             for number, code in ((1e-6, 0), (nextafter(1e-6, 0.0), refused)):
@@ -325,8 +325,8 @@ def test_master_is_within_a_linear_cam_or_refused(
     layer: Any = CAM.plain()
     layer.next.cam = first
     rows = NcRows((), (), (), (), numbers)
-    given = {"master_absolute": 1, "master_scaling": 2.0, "master_offset": 8.0} | demand
-    code = _check_in_range(rows, layer, CamDemand(**given), at)
+    options = {"master_absolute": 1, "master_scaling": 2.0, "master_offset": 8.0} | demand
+    code = _check_in_range(rows, layer, CamDemand(**options), at)
     assert code == (0 if error is None else error.number)
 
 

@@ -358,8 +358,10 @@ def test_whatever_the_master_does_the_saw_keeps_its_law_and_does_not_jump_when_l
     else:
         code = commands.decouple_with_follow_up(slave, release, target, velocity)
         if code:
-            kept = (NcError.DECOUPLING_VELOCITY, NcError.SET_VELOCITY_NOT_ALLOWED)
-            assert release == 1 or (release == 4 and code in kept), hex(code)  # none, or too much
+            remaining = (NcError.DECOUPLING_VELOCITY, NcError.SET_VELOCITY_NOT_ALLOWED)
+            assert release == 1 or (release == 4 and code in remaining), hex(
+                code
+            )  # none, or too much
             assert commands.stop_slave(slave) == 0
     closed = slave.loop_closed
     nc.cycle()

@@ -17,7 +17,7 @@ def test_there_and_back_again(name: str) -> None:
     """The inverse, with the present axes given, leads back to the same place."""
     law, source = KINEMATICS[name], random.Random(name)
     numbers = law.in_order({}, name)
-    found = 0
+    result = 0
     for _ in range(300):
         ranges = RANGES.get(name, ((-99, 99),) * 3)
         axes = [source.uniform(*limits) for limits in ranges]
@@ -25,11 +25,11 @@ def test_there_and_back_again(name: str) -> None:
         places, back, again = [0.0] * 8, list(axes), [0.0] * 8
         if not law.forward(numbers, axes, places):
             continue
-        found += 1
+        result += 1
         assert law.inverse(numbers, places, back)
         assert law.forward(numbers, back, again)
         assert again == pytest.approx(places, abs=1e-9)
-    assert found > 200
+    assert result > 200
 
 
 def test_numbers_have_names() -> None:
