@@ -154,6 +154,6 @@ def line() -> Callable[..., Master]:
 @pytest.fixture
 def master(line: Callable[..., Master]) -> Master:
     """A master on one loopback slave, in Init, with its station address."""
-    made = line(1)
-    made.address()
-    return made
+    result = line(1)
+    result.address()
+    return result

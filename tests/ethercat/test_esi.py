@@ -20,24 +20,24 @@ SEQUENCE = (
 @pytest.fixture
 def device() -> Element:
     text = build_esi(describe(Loopback(4)), vendor="nobody")
-    found = ElementTree.fromstring(text.encode()).find("Descriptions/Devices/Device")
-    assert found is not None
-    return found
+    match = ElementTree.fromstring(text.encode()).find("Descriptions/Devices/Device")
+    assert match is not None
+    return match
 
 
 @pytest.fixture
 def servo() -> Element:
     """The description of a drive: many objects, several PDOs."""
     esi = build_esi(describe(Drive()), vendor="nobody")
-    found = ElementTree.fromstring(esi.encode()).find("Descriptions/Devices/Device")
-    assert found is not None
-    return found
+    match = ElementTree.fromstring(esi.encode()).find("Descriptions/Devices/Device")
+    assert match is not None
+    return match
 
 
 def text(parent: Element, path: str) -> str:
-    found = parent.findtext(path)
-    assert found is not None, path
-    return found
+    result = parent.findtext(path)
+    assert result is not None, path
+    return result
 
 
 def hexadecimal(value: str) -> int:
@@ -188,9 +188,9 @@ def test_each_entry_of_a_drive_is_described_as_in_its_dictionary(servo: Element)
             assert text(item, "Name") == text(values, "Name") == entry.name
             assert int(text(item, "SubIdx")) == entry.subindex
             assert NAMES[text(item, "Type")] == DataType(entry.data_type)
-            found = values.find("Info")
-            assert found is not None
-            assert described(found, item.find("Flags")) == expected(entry)
+            match = values.find("Info")
+            assert match is not None
+            assert described(match, item.find("Flags")) == expected(entry)
 
 
 def test_each_mapped_entry_of_a_drive_is_in_its_dictionary(servo: Element) -> None:
@@ -202,8 +202,10 @@ def test_each_mapped_entry_of_a_drive_is_in_its_dictionary(servo: Element) -> No
         ("TxPdo", ObjectAccess.TX_PDO, [("1A00", "3")]),
     ):
         pdos = servo.findall(tag)
-        found = [(text(each, "Index")[2:], each.get("Sm")) for each in pdos if "Sm" in each.attrib]
-        assert found == assigned
+        results = [
+            (text(each, "Index")[2:], each.get("Sm")) for each in pdos if "Sm" in each.attrib
+        ]
+        assert results == assigned
         for pdo in pdos:
             others = {text(each, "Index") for each in pdos if each is not pdo}
             assert {each.text for each in pdo.findall("Exclude")} == others

@@ -64,9 +64,9 @@ def test_what_is_written_is_read(content: bytes, out: int, into: int, steps: int
     parts = [content[at : at + room] for at in range(0, len(content) + 1, room)]
     for number, part in enumerate(parts, 1):
         for busy in range(steps if number == len(parts) else 0):
-            ((kind, told, words),) = replies(server, FoeOperation.DATA, number, part)
+            ((kind, report, words),) = replies(server, FoeOperation.DATA, number, part)
             assert (kind, words) == (FoeOperation.BUSY, b"programming")
-            assert (told & 0xFFFF, told >> 16) == (busy + 1 >> 2, 50_000)
+            assert (report & 0xFFFF, report >> 16) == (busy + 1 >> 2, 50_000)
         assert replies(server, FoeOperation.DATA, number, part) == [(4, number, b"")]
     assert files.kept == {"name": content}
     read = b""
@@ -87,9 +87,9 @@ def test_any_message_is_answered(sent: list[tuple[int, int, bytes]]) -> None:
     server = FoeServer(Files(1))
     server.reset(64, 64)
     for operation, number, data in sent:
-        for kind, told, _ in replies(server, operation, number, data):
+        for kind, report, _ in replies(server, operation, number, data):
             assert kind in set(FoeOperation)
-            assert kind != FoeOperation.ERROR or told in set(FoeError)
+            assert kind != FoeOperation.ERROR or report in set(FoeError)
 
 
 @pytest.mark.parametrize(
@@ -107,8 +107,8 @@ def test_refusals(sent: list[tuple[int, int, bytes]], code: FoeError) -> None:
     server = FoeServer(Files())
     server.reset(64, 64)
     answers = [replies(server, *each) for each in sent]
-    ((kind, told, _),) = answers[-1]
-    assert (kind, told) == (FoeOperation.ERROR, code)
+    ((kind, report, _),) = answers[-1]
+    assert (kind, report) == (FoeOperation.ERROR, code)
     assert replies(server, FoeOperation.ACKNOWLEDGE, 1) == []
 
 

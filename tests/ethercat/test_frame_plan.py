@@ -80,8 +80,8 @@ def sessions(draw: st.DrawFn) -> tuple[int, list[list[Datagram]]]:
     return count, [kinds[turn] for turn in turns]
 
 
-def in_op(made: type[Segment], count: int, bring: Callable[[Any], None], cycle_ns: int) -> Segment:
-    segment = made((Slave(Loopback(serial_number=n)) for n in range(count)), cycle_ns=cycle_ns)
+def in_op(kind: type[Segment], count: int, bring: Callable[[Any], None], cycle_ns: int) -> Segment:
+    segment = kind((Slave(Loopback(serial_number=n)) for n in range(count)), cycle_ns=cycle_ns)
     bring(segment)
     for position in range(count):
         place = MAILBOXES + (position >> 3)

@@ -312,8 +312,8 @@ def test_locked_buffers_are_not_exchanged_at_once() -> None:
     ],
 )  # fmt: skip
 def test_span_has_inputs_without_gap(places: list[int], span: tuple[int, int] | None) -> None:
-    found = Plan([made(inputs(place)) for place in places], C.LRD, 0, 32).span
-    assert (None if found is None else (found.start, found.stop)) == span
+    result = Plan([made(inputs(place)) for place in places], C.LRD, 0, 32).span
+    assert (None if result is None else (result.start, result.stop)) == span
 
 
 def test_flags_are_looked_at_and_other_bits_stay() -> None:

@@ -51,22 +51,22 @@ def server() -> tuple[MailboxServer, list[bytes]]:
 
 
 def test_counters_of_answers_run_from_1_to_7() -> None:
-    made, _ = server()
+    result, _ = server()
     counters = []
     for n in range(9):
-        made.receive(Message(3, b"x", n % 7 + 1).encode())
-        answer = Message.decode(made.fetch() or b"")
+        result.receive(Message(3, b"x", n % 7 + 1).encode())
+        answer = Message.decode(result.fetch() or b"")
         assert isinstance(answer, Message)
         counters.append(answer.counter)
     assert counters == [1, 2, 3, 4, 5, 6, 7, 1, 2]
 
 
 def test_the_same_counter_again_is_a_repeat_and_not_executed() -> None:
-    made, seen = server()
-    made.receive(Message(3, b"a", 1).encode())
-    made.receive(Message(3, b"a", 1).encode())
-    made.receive(Message(3, b"b", 0).encode())
-    made.receive(Message(3, b"c", 0).encode())
+    result, seen = server()
+    result.receive(Message(3, b"a", 1).encode())
+    result.receive(Message(3, b"a", 1).encode())
+    result.receive(Message(3, b"b", 0).encode())
+    result.receive(Message(3, b"c", 0).encode())
     assert seen == [b"a", b"b", b"c"]
 
 

@@ -28,10 +28,10 @@ class Silent:
 
 @pytest.fixture
 def esc() -> Esc:
-    made = Esc(Silent(), build_sii(describe(Loopback())))
-    made.power_up()
-    assert made.pdi_access.write(0x0204, ALL)
-    return made
+    result = Esc(Silent(), build_sii(describe(Loopback())))
+    result.power_up()
+    assert result.pdi_access.write(0x0204, ALL)
+    return result
 
 
 def request(esc: Esc) -> int:

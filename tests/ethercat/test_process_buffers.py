@@ -56,15 +56,15 @@ def slave(*, emulated: bool = False) -> Slave:
     return Slave(Outputs(), sii=bytes(image), memory=memory(), coe=False)
 
 
-def request(made: Slave, state: int) -> None:
-    made.esc.write(Register.AL_CONTROL, bytes((state, 0)))
+def request(device: Slave, state: int) -> None:
+    device.esc.write(Register.AL_CONTROL, bytes((state, 0)))
 
 
-def open_managers(made: Slave, lengths: tuple[int, ...] = (1, 2, 3)) -> None:
-    for number, ((_, area), length) in enumerate(zip(made.memory.managers, lengths, strict=True)):
+def open_managers(device: Slave, lengths: tuple[int, ...] = (1, 2, 3)) -> None:
+    for number, ((_, area), length) in enumerate(zip(device.memory.managers, lengths, strict=True)):
         head = area.start.to_bytes(2, "little") + length.to_bytes(2, "little")
         registers = head + bytes((area.control, 0, 1, 0))
-        made.esc.write(SM_BASE + 8 * number, registers)
+        device.esc.write(SM_BASE + 8 * number, registers)
 
 
 def test_each_manager_has_its_buffer() -> None:
@@ -84,21 +84,21 @@ def test_plain_application_has_one_buffer_of_each_direction() -> None:
 
 
 def test_slave_without_mailbox_goes_to_op_with_all_outputs() -> None:
-    made = slave()
-    request(made, AlState.PREOP)
-    open_managers(made)
-    request(made, AlState.SAFEOP)
-    assert (made.state, made.error) == (AlState.SAFEOP, AlStatus.NO_ERROR)
-    request(made, AlState.OP)
-    assert made.esc.write(DIGITAL_OUTPUTS, b"\x07")
-    assert made.state is AlState.SAFEOP, "outputs of the second SyncManager are missing"
-    assert made.esc.write(0x1100, b"\x01\x02")
-    assert made.state is AlState.OP
-    assert isinstance(made.application, Outputs)
-    assert made.application.images == {0: b"\x07", 1: b"\x01\x02"}
-    assert made.esc.read(0x1000, 3) == b"\x02\xaa\x55"
-    request(made, AlState.INIT)
-    assert made.esc.write(0x1100, b"\x01\x02") is False
+    device = slave()
+    request(device, AlState.PREOP)
+    open_managers(device)
+    request(device, AlState.SAFEOP)
+    assert (device.state, device.error) == (AlState.SAFEOP, AlStatus.NO_ERROR)
+    request(device, AlState.OP)
+    assert device.esc.write(DIGITAL_OUTPUTS, b"\x07")
+    assert device.state is AlState.SAFEOP, "outputs of the second SyncManager are missing"
+    assert device.esc.write(0x1100, b"\x01\x02")
+    assert device.state is AlState.OP
+    assert isinstance(device.application, Outputs)
+    assert device.application.images == {0: b"\x07", 1: b"\x01\x02"}
+    assert device.esc.read(0x1000, 3) == b"\x02\xaa\x55"
+    request(device, AlState.INIT)
+    assert device.esc.write(0x1100, b"\x01\x02") is False
 
 
 @given(place=st.integers(0, 2), length=st.integers(0, 9))
@@ -106,57 +106,57 @@ def test_wrong_length_is_an_al_status_code(place: int, length: int) -> None:
     lengths = [1, 2, 3]
     good = lengths[place] == length
     lengths[place] = length
-    made = slave()
-    request(made, AlState.PREOP)
-    open_managers(made, tuple(lengths))
-    request(made, AlState.SAFEOP)
+    device = slave()
+    request(device, AlState.PREOP)
+    open_managers(device, tuple(lengths))
+    request(device, AlState.SAFEOP)
     fault = AlStatus.INPUT_CONFIGURATION if place == 2 else AlStatus.OUTPUT_CONFIGURATION
-    assert made.error is (AlStatus.NO_ERROR if good else fault)
-    assert made.state is (AlState.SAFEOP if good else AlState.PREOP)
+    assert device.error is (AlStatus.NO_ERROR if good else fault)
+    assert device.state is (AlState.SAFEOP if good else AlState.PREOP)
 
 
 @given(states=st.lists(st.sampled_from(list(AlState)), min_size=1, max_size=6))
 def test_controller_without_a_program_takes_over_each_state(states: list[AlState]) -> None:
-    made = slave(emulated=True)
+    device = slave(emulated=True)
     for state in states:
-        request(made, state | 0x10)
-        status = made.esc.look(Register.AL_STATUS, 6)
-        assert (made.state, status) == (state, bytes((state, 0, 0, 0, 0, 0)))
+        request(device, state | 0x10)
+        status = device.esc.look(Register.AL_STATUS, 6)
+        assert (device.state, status) == (state, bytes((state, 0, 0, 0, 0, 0)))
 
 
 def test_outputs_of_a_controller_without_a_program_are_off_once_they_stop() -> None:
-    made = slave(emulated=True)
-    segment = Segment([made])
-    open_managers(made)
-    request(made, AlState.OP)
+    device = slave(emulated=True)
+    segment = Segment([device])
+    open_managers(device)
+    request(device, AlState.OP)
     fmmu = (0).to_bytes(4, "little") + (2).to_bytes(2, "little") + b"\0\x07\0\x11\0\x02\x01\0\0\0"
-    made.esc.write(FMMU_BASE, fmmu)
-    assert isinstance(made.application, Outputs)
-    images = made.application.images
+    device.esc.write(FMMU_BASE, fmmu)
+    assert isinstance(device.application, Outputs)
+    images = device.application.images
     for value in (b"\x01\x02", b"\x03\x04"):
         frame = EthercatFrame((Datagram(DatagramCommand.LWR, 0, value),)).encode()
         assert segment.process(frame) is not None
         assert images[1] == value
-        assert made.esc.memory[Register.PROCESS_WATCHDOG_STATUS] == 1
+        assert device.esc.memory[Register.PROCESS_WATCHDOG_STATUS] == 1
         segment.advance(segment.time.now_ns + 150_000_000)
-        assert (made.state, images[1]) == (AlState.OP, bytes(2))
-        assert made.esc.memory[Register.PROCESS_WATCHDOG_STATUS] == 0
+        assert (device.state, images[1]) == (AlState.OP, bytes(2))
+        assert device.esc.memory[Register.PROCESS_WATCHDOG_STATUS] == 0
 
 
 @given(lengths=st.tuples(st.integers(0, 4), st.integers(0, 4), st.integers(0, 6)))
 def test_hardware_without_a_program_takes_any_length(lengths: tuple[int, int, int]) -> None:
-    made = slave(emulated=True)
-    segment = Segment([made])
-    open_managers(made, lengths)
-    request(made, AlState.OP)
+    device = slave(emulated=True)
+    segment = Segment([device])
+    open_managers(device, lengths)
+    request(device, AlState.OP)
     data = bytes(range(1, lengths[1] + 1))
-    assert isinstance(made.application, Outputs)
+    assert isinstance(device.application, Outputs)
     if data:
-        assert made.esc.write(0x1100, data)
-        assert made.application.images[1] == data[:2].ljust(2, b"\0")
+        assert device.esc.write(0x1100, data)
+        assert device.application.images[1] == data[:2].ljust(2, b"\0")
     if lengths[2]:
         head = bytes(4) + bytes((lengths[2], 0)) + b"\0\x07\0\x10\0\x01\x01\0\0\0"
-        made.esc.write(FMMU_BASE, head)
+        device.esc.write(FMMU_BASE, head)
         frame = EthercatFrame((Datagram(DatagramCommand.LRD, 0, bytes(lengths[2])),)).encode()
         for _ in range(2):
             reply = segment.process(frame)

@@ -21,13 +21,13 @@ def word(image: bytes, address: int, count: int = 1) -> tuple[int, ...]:
 
 
 def categories(image: bytes) -> dict[int, bytes]:
-    found: dict[Any, Any] = {}
+    results: dict[Any, Any] = {}
     position = 0x80
     while True:
         kind, length = struct.unpack_from("<HH", image, position)
         if kind == 0xFFFF:
-            return found
-        found[kind] = image[position + 4 : position + 4 + 2 * length]
+            return results
+        results[kind] = image[position + 4 : position + 4 + 2 * length]
         position += 4 + 2 * length
 
 

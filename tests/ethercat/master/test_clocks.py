@@ -120,9 +120,9 @@ def test_a_clock_is_apart_after_three_readings_in_a_row(readings: list[list[int]
     for reading in readings:
         for position, difference in enumerate(reading):
             rows[position] = rows[position] + 1 if abs(difference) > 200 else 0
-            told = watch.take(position, difference)
+            message = watch.take(position, difference)
             wanted = rows[position] >= 3
-            assert told is (wanted if wanted != apart[position] else None)
+            assert message is (wanted if wanted != apart[position] else None)
             apart[position] = wanted
         assert watch.calm == (rows == [0, 0])
     watch.forget(0)

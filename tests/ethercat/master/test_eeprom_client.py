@@ -18,9 +18,9 @@ def test_an_image_is_read_to_its_end(bus: Callable[..., Any]) -> None:
     image = ours.do(eeprom.image())
     content = read_sii(image)
     assert (content.valid, content.damage, content.serial_number) == (True, "", 1)
-    kept = bytes(ours.segment.slaves[1].esc.eeprom.image)
-    assert kept.startswith(image)
-    assert set(kept[len(image) :]) == {0xFF}
+    stored = bytes(ours.segment.slaves[1].esc.eeprom.image)
+    assert stored.startswith(image)
+    assert set(stored[len(image) :]) == {0xFF}
 
 
 @pytest.mark.parametrize("kibit", [2, 8, 32, 64])

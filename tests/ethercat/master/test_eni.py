@@ -83,7 +83,7 @@ def test_what_is_written_is_read() -> None:
 
 
 @pytest.mark.parametrize(
-    ("text", "told"),
+    ("text", "message"),
     [
         ("", "not XML"),
         ("<a/>", "the root is a"),
@@ -93,8 +93,8 @@ def test_what_is_written_is_read() -> None:
         (FOREIGN.replace('Sm="2"', 'Sm="two"'), "Slave 1"),
     ],
 )
-def test_other_files_are_refused(text: str, told: str) -> None:
-    with pytest.raises(EniError, match=told):
+def test_other_files_are_refused(text: str, message: str) -> None:
+    with pytest.raises(EniError, match=message):
         read_eni(text)
 
 

@@ -79,14 +79,14 @@ SERVO = """<?xml version="1.0" encoding="ISO-8859-1"?>
 def test_what_we_write_is_the_same_configuration(application: Callable[[], Any]) -> None:
     description = describe(application())
     (device,) = read_esi(build_esi(description, vendor="nobody"))
-    made = from_esi(device)
+    result = from_esi(device)
     wanted = from_description(description)
     for name in (
         *("vendor_id", "product_code", "revision_number", "mailbox_out", "mailbox_in", "coe"),
         *("sync_managers", "times", "type_name", "name"),
     ):
-        assert getattr(made, name) == getattr(wanted, name), name
-    for ours, theirs in ((made.outputs, wanted.outputs), (made.inputs, wanted.inputs)):
+        assert getattr(result, name) == getattr(wanted, name), name
+    for ours, theirs in ((result.outputs, wanted.outputs), (result.inputs, wanted.inputs)):
         assert [replace(each, entries=()) for each in ours] == [
             replace(each, entries=()) for each in theirs
         ]
@@ -123,11 +123,11 @@ def test_a_servo_of_a_vendor() -> None:
     assert servo.times.back_to_safeop_ns == 200_000_000
     assert (servo.times.request_ns, servo.times.response_ns) == (50_000_000, 1_500_000_000)
     assert (servo.eeprom_size, servo.eeprom_head) == (2048, bytes.fromhex("080CEE88"))
-    made = from_esi(servo, cycle_ns=4_000_000)
-    assert [each.index for each in (*made.outputs, *made.inputs)] == [0x1600, 0x1A00]
-    assert made.clock == ClockConfiguration(0x300, 4_000_000, 0, 2_020_000)
-    assert (made.assign, made.configure, made.complete_access) == (True, False, True)
-    assert made.commands == (
+    result = from_esi(servo, cycle_ns=4_000_000)
+    assert [each.index for each in (*result.outputs, *result.inputs)] == [0x1600, 0x1A00]
+    assert result.clock == ClockConfiguration(0x300, 4_000_000, 0, 2_020_000)
+    assert (result.assign, result.configure, result.complete_access) == (True, False, True)
+    assert result.commands == (
         InitCommand(0x6060, 0, b"\x08", "PS", comment="csp"),
         InitCommand(0x6060, 0, b"\x08", "SO", comment="csp"),
     )
@@ -138,26 +138,26 @@ def test_a_servo_of_a_vendor() -> None:
 
 def test_modes_bring_their_pdos_and_times() -> None:
     servo = read_esi(SERVO)[0]
-    made = from_esi(servo, mode="Csv", cycle_ns=4_000_000)
-    assert [each.index for each in (*made.outputs, *made.inputs)] == [0x1601, 0x1A00]
-    assert made.outputs[0].sync_manager == 2
+    result = from_esi(servo, mode="Csv", cycle_ns=4_000_000)
+    assert [each.index for each in (*result.outputs, *result.inputs)] == [0x1601, 0x1A00]
+    assert result.outputs[0].sync_manager == 2
     # SYNC0 four times in a cycle; SYNC1 with every second of them
-    assert made.clock == ClockConfiguration(0x700, 1_000_000, 1_000_100)
+    assert result.clock == ClockConfiguration(0x700, 1_000_000, 1_000_100)
     assert from_esi(servo, mode="Free").clock is None
     with pytest.raises(EsiError, match="no mode 'sine'; there are: DC, Free, Csv"):
         from_esi(servo, mode="sine")
 
 
 @pytest.mark.parametrize(
-    ("pdos", "told"),
+    ("pdos", "message"),
     [
         ([0x1600, 0x1601, 0x1A00], "1600 excludes 1601"),
         ([0x1600], "1A00 is mandatory"),
         ([0x1600, 0x1A00, 0x1B00], "no PDO 1B00"),
     ],
 )
-def test_pdos_that_cannot_be(pdos: list[int], told: str) -> None:
-    with pytest.raises(EsiError, match=told):
+def test_pdos_that_cannot_be(pdos: list[int], message: str) -> None:
+    with pytest.raises(EsiError, match=message):
         from_esi(read_esi(SERVO)[0], pdos=pdos)
 
 
@@ -174,8 +174,8 @@ def test_of_default_pdos_that_exclude_each_other_the_first_is_taken() -> None:
 
 
 def test_pdos_may_be_chosen() -> None:
-    made = from_esi(read_esi(SERVO)[0], pdos=[0x1601, 0x1A00, 0x1A01])
-    assert [(each.index, each.sync_manager) for each in (*made.outputs, *made.inputs)] == [
+    result = from_esi(read_esi(SERVO)[0], pdos=[0x1601, 0x1A00, 0x1A01])
+    assert [(each.index, each.sync_manager) for each in (*result.outputs, *result.inputs)] == [
         *((0x1601, 2), (0x1A00, 3), (0x1A01, 3))
     ]
 
@@ -203,7 +203,7 @@ def test_clocks_have_32_bits(clock: tuple[int, int, int, int | None]) -> None:
 
 
 @pytest.mark.parametrize(
-    ("text", "told"),
+    ("text", "message"),
     [
         ("", "not XML"),
         ("<a/>", "the root is a"),
@@ -222,8 +222,8 @@ def test_clocks_have_32_bits(clock: tuple[int, int, int, int | None]) -> None:
         (soe("<IDN>1</IDN><Data>0g</Data>"), "Servo-7: "),
     ],
 )
-def test_other_files_are_refused(text: str, told: str) -> None:
-    with pytest.raises(EsiError, match=told):
+def test_other_files_are_refused(text: str, message: str) -> None:
+    with pytest.raises(EsiError, match=message):
         read_esi(text)
 
 
@@ -272,13 +272,13 @@ def test_times_of_modes(
 
 def test_a_scanned_slave_gets_what_its_esi_tells() -> None:
     servo = read_esi(SERVO)[0]
-    found = replace(from_esi(servo), clock=None, commands=(), revision_number=0x20000)
+    result = replace(from_esi(servo), clock=None, commands=(), revision_number=0x20000)
     older = replace(servo, revision_number=1, type_name="old")
     newer = replace(servo, revision_number=0x30000, type_name="new")
-    made = described(found, [older, servo, newer], cycle_ns=1_000_000)
-    assert (made.type_name, made.times) == ("Servo-7", servo.times)
-    assert made.clock == ClockConfiguration(0x300, 1_000_000, 0, 520_000)
-    assert made.commands == servo.commands
+    instance = described(result, [older, servo, newer], cycle_ns=1_000_000)
+    assert (instance.type_name, instance.times) == ("Servo-7", servo.times)
+    assert instance.clock == ClockConfiguration(0x300, 1_000_000, 0, 520_000)
+    assert instance.commands == servo.commands
     with_idns = replace(servo, idn_commands=(IdnCommand(32, b"\x0b\0"),))
-    assert described(found, [with_idns]).idn_commands == with_idns.idn_commands
-    assert described(found, [newer]) is found
+    assert described(result, [with_idns]).idn_commands == with_idns.idn_commands
+    assert described(result, [newer]) is result

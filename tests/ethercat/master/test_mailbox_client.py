@@ -112,8 +112,8 @@ def test_emergencies_are_told_and_answers_still_come(bus: Callable[..., Any]) ->
     ours.line[1].emergencies += [b"\x20\x43\x01abcde", b"\x00\x00\x00fghij"]
     job = ours.master.upload(ours.master.slaves[1], 0x1000)
     ours.until(lambda: job.is_done)
-    told = [(each.station, each.number, each.data) for each in ours.master.take_events()]
-    assert told == [(1002, 0x4320, b"\x20\x43\x01abcde"), (1002, 0, b"\x00\x00\x00fghij")]
+    reports = [(each.station, each.number, each.data) for each in ours.master.take_events()]
+    assert reports == [(1002, 0x4320, b"\x20\x43\x01abcde"), (1002, 0, b"\x00\x00\x00fghij")]
 
 
 def test_a_slave_without_mailbox_state_does_not_act(bus: Callable[..., Any]) -> None:

@@ -183,11 +183,11 @@ def test_hostile_frames_never_escape_the_master(
                 reply[at] = dice.randrange(256)
             master.receive(bytes(reply), now)
             if dice.random() < harm:
-                made = EthercatFrame.decode(frame)
-                for each in made.datagrams:
+                decoded = EthercatFrame.decode(frame)
+                for each in decoded.datagrams:
                     each.data = dice.randbytes(len(each.data))
                     each.counter = dice.randint(0, 3)
-                master.receive(made.encode(), now)
+                master.receive(decoded.encode(), now)
                 master.receive(dice.randbytes(dice.randrange(100)), now)
         if cycle % 10 == 0:
             master.upload(master.slaves[0], dice.randrange(0x10000))

@@ -133,8 +133,8 @@ def test_each_sync_manager_begins_at_a_byte_and_has_an_fmmu(packed: bool) -> Non
     assert (datagram.output_end, datagram.length) == (6, 14)
     assert image.lengths(0) == {2: 1, 3: 2, 4: 1, 5: 3}
     fmmus = image.fmmus(1, 4)
-    found = [(each.logical - 0x0100_0000, each.length, each.physical) for each in fmmus]
-    assert found == [(3, 1, 0x1100), (4, 2, 0x1180), (10, 1, 0x1200), (11, 3, 0x1280)]
+    results = [(each.logical - 0x0100_0000, each.length, each.physical) for each in fmmus]
+    assert results == [(3, 1, 0x1100), (4, 2, 0x1180), (10, 1, 0x1200), (11, 3, 0x1280)]
     assert {(each.start_bit, each.stop_bit, each.active) for each in image.fmmus(1, 4)} == {
         (0, 7, 1)
     }

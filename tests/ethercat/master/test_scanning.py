@@ -35,19 +35,19 @@ def test_what_a_scan_finds_brings_the_bus_up(with_objects: bool) -> None:
     line: list[Any] = [Drive(), Loopback(3), Loopback(8, "eight")]
     segment = Segment(Slave(each) for each in line)
     seen: list[tuple[int, int]] = []
-    found = scan(
+    slaves = scan(
         segment, with_objects=with_objects, progress=lambda done, all_: seen.append((done, all_))
     )
     assert seen == [(0, 3), (1, 3), (2, 3), (3, 3)]
-    assert [each.station for each in found] == [1001, 1002, 1003]
-    assert [each.trouble for each in found] == [""] * 3
-    assert found[2].configuration.name == "Box 3 (eight)"
-    for each, application in zip(found, line, strict=True):
+    assert [each.station for each in slaves] == [1001, 1002, 1003]
+    assert [each.trouble for each in slaves] == [""] * 3
+    assert slaves[2].configuration.name == "Box 3 (eight)"
+    for each, application in zip(slaves, line, strict=True):
         described = describe(application)
         assert sum(len(pdo.entries) for pdo in each.configuration.outputs) == sum(
             len(pdo.entries) for pdo in described.rx_pdos if pdo.sync_manager is not None
         )
-    bus = BusConfiguration(tuple(each.configuration for each in found), cycle_ns=1_000_000)
+    bus = BusConfiguration(tuple(each.configuration for each in slaves), cycle_ns=1_000_000)
     master = Master(bus)
     ring = Ring(master, segment)
     master.request(AlState.OP)
@@ -60,8 +60,8 @@ def test_a_changed_mapping_is_found_in_the_objects(bus: Callable[..., Any]) -> N
     drive = Drive()
     segment = Segment([Slave(drive)])
     drive.mapping._entries[0x1600][0] = 0x60400010
-    found = scan(segment)
-    assert found[0].configuration.outputs[0].entries[0].index == 0x6040
+    slaves = scan(segment)
+    assert slaves[0].configuration.outputs[0].entries[0].index == 0x6040
     assert bus is not None
 
 
@@ -96,8 +96,8 @@ def test_images_of_real_devices_on_our_controller_are_scanned(
 ) -> None:
     """The image of another device: registers are ours, EEPROM and so the configuration are its."""
     segment = Segment([Slave(Loopback(), sii=(IMAGES / file).read_bytes())])
-    (found,) = scan(segment, with_objects=False)
-    assert found.content.valid
-    assert name in found.configuration.name
+    (result,) = scan(segment, with_objects=False)
+    assert result.content.valid
+    assert name in result.configuration.name
     if entries is not None:
-        assert sum(len(pdo.entries) for pdo in found.configuration.outputs) == entries
+        assert sum(len(pdo.entries) for pdo in result.configuration.outputs) == entries

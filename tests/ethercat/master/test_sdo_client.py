@@ -86,8 +86,12 @@ def test_the_dictionary_of_the_drive_is_described_as_it_is() -> None:
         ]
         assert do(sdo.object_list(kind)) == listed
     for index, described in list(objects.items())[::17]:
-        told = do(sdo.object_information(index))
-        assert (told.index, told.name, told.code) == (index, described.name, described.code)
+        message = do(sdo.object_information(index))
+        assert (message.index, message.name, message.code) == (
+            index,
+            described.name,
+            described.code,
+        )
         for entry in described.entries:
             of_entry = do(sdo.entry_information(index, entry.subindex, 0x77))
             assert (of_entry.bits, of_entry.access) == (entry.bits, entry.access)

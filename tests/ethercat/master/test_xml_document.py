@@ -22,7 +22,7 @@ BOMB = f"<!DOCTYPE a [<!ENTITY a0 'x'>{GROWING}]><a>&a9;</a>"
 
 
 @pytest.mark.parametrize(
-    ("text", "told"),
+    ("text", "message"),
     [
         ("", "not XML"),
         (b"\xff\xfe\x00", "not XML"),
@@ -35,8 +35,8 @@ BOMB = f"<!DOCTYPE a [<!ENTITY a0 'x'>{GROWING}]><a>&a9;</a>"
         ("<a>&unknown;</a>", "not XML"),
     ],
 )
-def test_what_is_refused(text: str | bytes, told: str) -> None:
-    with pytest.raises(XmlRefusal, match=told):
+def test_what_is_refused(text: str | bytes, message: str) -> None:
+    with pytest.raises(XmlRefusal, match=message):
         parse_xml(text)
 
 
@@ -51,15 +51,15 @@ def test_a_file_beyond_the_limit_is_not_looked_at(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("text", "told"),
+    ("text", "message"),
     [
         ("<a " + " ".join(f'b{n}=""' for n in range(300_000)) + "/>", "a tag or comment"),
         ("<a><!--" + "x" * (3 << 20) + "--></a>", "a tag or comment"),
         ("<a>" + "".join(f"<b{n}/>" for n in range(21_000)) + "</a>", "more than 20000 names"),
     ],
 )
-def test_what_grows_is_refused(text: str, told: str) -> None:
-    with pytest.raises(XmlRefusal, match=told):
+def test_what_grows_is_refused(text: str, message: str) -> None:
+    with pytest.raises(XmlRefusal, match=message):
         parse_xml(text)
 
 
@@ -76,9 +76,9 @@ def test_dropped_elements_take_no_room(rows: list[list[bool]]) -> None:
         return element.findtext("d") == " True "
 
     with pytest.MonkeyPatch.context() as patch:
-        kept = sum(len(row) + 2 for row in rows if any(row))
+        stored = sum(len(row) + 2 for row in rows if any(row))
         largest = max((len(row) + 2 for row in rows), default=0)
-        patch.setattr("achse.ethercat.master.xml_document._MOST_IN_TREE", kept + largest + 1)
+        patch.setattr("achse.ethercat.master.xml_document._MOST_IN_TREE", stored + largest + 1)
         root = parse_xml(data, handlers={"a/b": handle})
     assert len(root) == sum(map(any, rows))
     assert b"\n".join(seen) == text.strip().encode()

@@ -46,7 +46,7 @@ def test_recording_gives_the_row_of_the_moment(
 
 
 @pytest.mark.parametrize(
-    ("lines", "told"),
+    ("lines", "message"),
     [
         ([], "first line"),
         (["x,Value"], "first line"),
@@ -58,8 +58,8 @@ def test_recording_gives_the_row_of_the_moment(
         (["time,Value", "1,99999"], "expected -32768"),
     ],
 )
-def test_recording_that_cannot_be_is_refused(lines: list[str], told: str) -> None:
-    with pytest.raises(ValueError, match=told):
+def test_recording_that_cannot_be_is_refused(lines: list[str], message: str) -> None:
+    with pytest.raises(ValueError, match=message):
         made(RecordedSignals.from_csv(lines))
 
 

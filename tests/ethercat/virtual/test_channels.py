@@ -21,23 +21,23 @@ def channel(kind: int, bits: int) -> PdoChannel:
 @given(kind=st.sampled_from(sorted(INTS)), data=st.data())
 def test_whole_numbers_come_back_and_others_are_refused(kind: DataType, data: Any) -> None:
     bits = INTS[kind]
-    made = channel(kind, bits)
+    result = channel(kind, bits)
     signed = kind in (DataType.I8, DataType.I32)
     low = -(1 << bits - 1) if signed else 0
     high = low + (1 << bits) - 1
     value = data.draw(st.integers(low, high))
-    assert decode_value(made, encode_value(made, value)) == value
+    assert decode_value(result, encode_value(result, value)) == value
     for wrong in (low - 1, high + 1, 0.5):
         with pytest.raises(ValueError, match="C: "):
-            encode_value(made, wrong)
+            encode_value(result, wrong)
 
 
 @given(value=st.floats(), long=st.booleans())
 def test_reals_come_back(value: float, long: bool) -> None:
     kind = DataType.F64 if long else DataType.F32
-    made = channel(kind, kind.bits)
+    result = channel(kind, kind.bits)
     try:
-        back = decode_value(made, encode_value(made, value))
+        back = decode_value(result, encode_value(result, value))
     except ValueError:
         assert not long
         return
@@ -59,16 +59,16 @@ def test_names_are_whole_short_and_of_the_object() -> None:
         rows = tuple(PdoEntry(i, s, 8, n, DataType.U8) for i, s, n in entries)
         return Pdo(index, name, 3, True, rows)
 
-    found = channels_of(
+    result = channels_of(
         [pdo(0x1600, "Out", (0x7000, 1, "Value"))],
         [
             pdo(0x1A00, "Channel 1", (0x6000, 1, "Input"), (0, 0, "")),
             pdo(0x1A01, "Channel 2", (0x6010, 1, "Input"), (0x6010, 2, "State"), (0x6010, 3, "")),
         ],
     )
-    assert found["Channel 2.Input"].place == (0x6010, 1)
-    assert found["6000:01"].name == "Channel 1.Input"
-    assert found["Value"].output
-    assert found["State"].place == (0x6010, 2)
-    assert found["Channel 2.6010:03"].place == (0x6010, 3)
-    assert "Input" not in found, "two channels have that name"
+    assert result["Channel 2.Input"].place == (0x6010, 1)
+    assert result["6000:01"].name == "Channel 1.Input"
+    assert result["Value"].output
+    assert result["State"].place == (0x6010, 2)
+    assert result["Channel 2.6010:03"].place == (0x6010, 3)
+    assert "Input" not in result, "two channels have that name"

@@ -23,9 +23,9 @@ DICTIONARY = """<Profile><Dictionary><DataTypes/><Objects>
 
 
 def made(text: str = ANALOG) -> VirtualDevice:
-    found = make_slave(read_esi(esi(text))[0], serial_number=77).device
-    found.enter(AlState.PREOP, 0, AlStatus.NO_ERROR)
-    return found
+    result = make_slave(read_esi(esi(text))[0], serial_number=77).device
+    result.enter(AlState.PREOP, 0, AlStatus.NO_ERROR)
+    return result
 
 
 def code(device: VirtualDevice, index: int, data: bytes | None = None) -> AbortCode | None:

@@ -35,9 +35,9 @@ def test_image_is_read_as_it_was_made(text: str, alias: int, serial: int) -> Non
     ]
     rooms = len(slave.esc.eeprom.image), device.eeprom_size
     left_out = "CoE" in device.protocols and rooms[1] == SMALL
-    for found, wanted in ((content.rx_pdos, device.outputs), (content.tx_pdos, device.inputs)):
-        if found or not left_out:
-            assert [_entries(each) for each in found] == [_entries(each.pdo) for each in wanted]
+    for result, wanted in ((content.rx_pdos, device.outputs), (content.tx_pdos, device.inputs)):
+        if result or not left_out:
+            assert [_entries(each) for each in result] == [_entries(each.pdo) for each in wanted]
     assert [(each.name, each.assign_activate) for each in content.modes] == [
         (each.name, each.assign_activate) for each in device.modes
     ]

@@ -67,21 +67,21 @@ def test_text_limits_and_access() -> None:
     (entry,) = one("STRING(4)", 32, "<DefaultString>abcdef</DefaultString>").entries
     assert (entry.data_type, entry.default) == (DataType.VISIBLE_STRING, b"abcd")
     info = "<MinValue>-5</MinValue><MaxValue>9</MaxValue><DefaultValue>1e3</DefaultValue>"
-    made = one("SINT", 8, info, "<Flags><Access>wo</Access></Flags>")
-    (entry,) = made.entries
+    result = one("SINT", 8, info, "<Flags><Access>wo</Access></Flags>")
+    (entry,) = result.entries
     assert (entry.minimum, entry.maximum, entry.default) == (b"\xfb", b"\x09", None)
-    assert (made.code, entry.access) == (ObjectCode.VAR, ObjectAccess.WRITE)
+    assert (result.code, entry.access) == (ObjectCode.VAR, ObjectAccess.WRITE)
 
 
 def test_record_has_its_entries_with_their_flags() -> None:
-    made = objects(
+    result = objects(
         "<Object><Index>#x2000</Index><Name>R</Name><Type>DT2000</Type><Info>"
         "<SubItem><Name>Gain</Name><Info><DefaultValue>2.5</DefaultValue></Info></SubItem>"
         "<SubItem><Name>Mode</Name><Info><DefaultData>03</DefaultData></Info></SubItem></Info>"
         "</Object>"
     )[0x2000]
-    count, gain, mode = made.entries
-    assert (count.default, made.code) == (b"\x05", ObjectCode.RECORD)
+    count, gain, mode = result.entries
+    assert (count.default, result.code) == (b"\x05", ObjectCode.RECORD)
     assert gain.default == struct.pack("<f", 2.5)
     assert gain.access == ObjectAccess.READ | ObjectAccess.WRITE_PREOP | 0x03C0
     assert (mode.subindex, mode.bits, mode.data_type, mode.default) == (5, 3, DataType.U8, b"\x03")
@@ -94,18 +94,18 @@ def test_array_has_an_entry_for_each_element() -> None:
         "</SubItem>"
         for n in range(4)
     )
-    made = objects(
+    result = objects(
         f"<Object><Index DependOnSlot='1'>#x2001</Index><Name>A</Name><Type>DT2001</Type>"
         f"<Info>{values}</Info></Object>",
         shift=0x20,
     )[0x2021]
-    assert [(each.subindex, each.default) for each in made.entries[1:]] == [
+    assert [(each.subindex, each.default) for each in result.entries[1:]] == [
         (n, bytes((n + 6, 0))) for n in (1, 2, 3)
     ]
 
 
 @pytest.mark.parametrize(
-    ("row", "told"),
+    ("row", "message"),
     [
         ("<Object><Index>0</Index></Object>", "Object Index"),
         ("<Object><Index>x</Index></Object>", "expected a number"),
@@ -117,8 +117,8 @@ def test_array_has_an_entry_for_each_element() -> None:
         ("<Object><Index>1</Index><Type>Q</Type><BitSize>99999999</BitSize></Object>", "bits"),
     ],
 )
-def test_object_that_cannot_be_names_the_fault(row: str, told: str) -> None:
-    with pytest.raises(ValueError, match=told):
+def test_object_that_cannot_be_names_the_fault(row: str, message: str) -> None:
+    with pytest.raises(ValueError, match=message):
         objects(row)
 
 

@@ -24,24 +24,24 @@ def folder(tmp_path: Path) -> Path:
 
 
 def test_newest_revision_unless_one_is_named(folder: Path) -> None:
-    found = EsiFolder([folder])
-    assert found.find("Box").revision_number == 0x30000
-    assert found.find("box@0x10000").revision_number == 0x10000
-    assert found.find("DI8").product_code == 0x1008
-    assert len(found.refused) == 1
-    assert "notes.xml" in found.refused[0]
+    result = EsiFolder([folder])
+    assert result.find("Box").revision_number == 0x30000
+    assert result.find("box@0x10000").revision_number == 0x10000
+    assert result.find("DI8").product_code == 0x1008
+    assert len(result.refused) == 1
+    assert "notes.xml" in result.refused[0]
 
 
 @pytest.mark.parametrize(
-    ("name", "told"),
+    ("name", "message"),
     [
         ("Bux", "no device 'Bux' in the ESI files; there are: Box"),
         ("Box@7", "no revision 0x00000007; there are: 0x00010000, 0x00030000"),
         ("Box@x", "revision: expected a number"),
     ],
 )
-def test_wrong_name_tells_what_there_is(folder: Path, name: str, told: str) -> None:
-    with pytest.raises(EsiError, match=told):
+def test_wrong_name_tells_what_there_is(folder: Path, name: str, message: str) -> None:
+    with pytest.raises(EsiError, match=message):
         EsiFolder([folder]).find(name)
 
 
@@ -67,32 +67,32 @@ def test_device_alone_is_what_the_whole_file_has(
     module = '<Module><Type ModuleIdent="1">Mödul</Type></Module>' if modules else ""
     declared = "" if encoding.startswith("utf") else f"<?xml version='1.0' encoding='{encoding}'?>"
     file.write_bytes((declared + esi(*drawn, modules=module)).encode(encoding))
-    whole, found = read_esi(file.read_bytes()), EsiFolder([file])
-    assert [each.type_name for each in found.types] == [each.type_name for each in whole]
+    whole, result = read_esi(file.read_bytes()), EsiFolder([file])
+    assert [each.type_name for each in result.types] == [each.type_name for each in whole]
     for each in {each.type_name: each for each in reversed(whole)}.values():
-        alone = found.find(each.type_name)
+        alone = result.find(each.type_name)
         assert alone == each
         assert alone.modules is not None
         assert [kind.text for kind in alone.modules.iterfind("Module/Type")] == ["Mödul"] * modules
-    assert found.find(whole[0].type_name) is found.find(whole[0].type_name)
+    assert result.find(whole[0].type_name) is result.find(whole[0].type_name)
 
 
 def test_file_that_is_another_one_meanwhile_is_refused(tmp_path: Path) -> None:
     file = tmp_path / "box.xml"
     file.write_text(esi(DIGITAL_IN))
-    found = EsiFolder([file])
+    result = EsiFolder([file])
     file.write_text("")
     with pytest.raises(EsiError, match=r"box.xml: changed while|box.xml: an ESI file"):
-        found.find("DI8")
+        result.find("DI8")
     file.unlink()
     with pytest.raises(EsiError, match="No such file"):
-        found.find("DI8")
+        result.find("DI8")
 
 
 def test_types_are_bounded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("achse.ethercat.virtual.esi_folder._MOST_TYPES", 3)
     for name in ("one", "two"):
         (tmp_path / f"{name}.xml").write_text(esi(*[DIGITAL_IN] * 2))
-    found = EsiFolder([tmp_path])
-    assert len(found.types) == 2
-    assert "more than 3 devices" in found.refused[0]
+    result = EsiFolder([tmp_path])
+    assert len(result.types) == 2
+    assert "more than 3 devices" in result.refused[0]

@@ -35,14 +35,14 @@ def coupler(slots: str = SLOTS) -> EsiDevice:
 @given(names=st.lists(st.sampled_from(["IN", "OUT"]), min_size=1, max_size=8))
 def test_each_module_is_at_its_slot(names: list[str]) -> None:
     slave = make_slave(coupler(), modules=names)
-    made = slave.device
-    assert made.input_size == names.count("IN")
-    assert made.output_size == 2 * names.count("OUT")
+    result = slave.device
+    assert result.input_size == names.count("IN")
+    assert result.output_size == 2 * names.count("OUT")
     for place, name in enumerate(names):
         index = (0x6000 if name == "IN" else 0x7000) + 0x10 * place
-        assert made.channels[f"{index:04X}:01"].output == (name == "OUT")
+        assert result.channels[f"{index:04X}:01"].output == (name == "OUT")
         for listed in (0xF030, 0xF050):
-            ident = int.from_bytes(made.read_object(listed, place + 1), "little")
+            ident = int.from_bytes(result.read_object(listed, place + 1), "little")
             assert ident == (0x11 if name == "IN" else 0x22)
     bus_of(slave).up()
     assert slave.state is AlState.OP
@@ -58,13 +58,13 @@ def test_start_commands_of_modules_are_at_their_slots() -> None:
     modules = IN.replace("</Module>", commands + "</Module>") + OUT
     box = read_esi(esi(device(body), modules=modules))[0]
     slave = make_slave(box, modules=["OUT", "IN", "IN"])
-    made = slave.device
-    assert [each.index for each in made.esi.commands] == [0x8010, 0x8020]
+    result = slave.device
+    assert [each.index for each in result.esi.commands] == [0x8010, 0x8020]
     bus_of(slave).up()
     assert slave.state is AlState.OP
-    assert [made.read_object(index, 1) for index in (0x8010, 0x8020)] == [b"\5", b"\5"]
-    assert made.messages.parameters is not None
-    assert made.messages.parameters.value(32, 1) == b"\x0b\0"
+    assert [result.read_object(index, 1) for index in (0x8010, 0x8020)] == [b"\5", b"\5"]
+    assert result.messages.parameters is not None
+    assert result.messages.parameters.value(32, 1) == b"\x0b\0"
 
 
 def test_slots_have_their_default_modules() -> None:
@@ -74,7 +74,7 @@ def test_slots_have_their_default_modules() -> None:
 
 
 @pytest.mark.parametrize(
-    ("slots", "names", "told"),
+    ("slots", "names", "message"),
     [
         ("", ["IN"], "has no slots"),
         (SLOTS, ["XX"], "no module 'XX'; there are: IN, OUT"),
@@ -83,6 +83,6 @@ def test_slots_have_their_default_modules() -> None:
         (SLOTS.replace("#x10", "#xFFFF"), ["IN", "IN"], "Entry/Index: expected 1 to 0xFFFF"),
     ],
 )
-def test_modules_that_cannot_be_are_told(slots: str, names: list[str], told: str) -> None:
-    with pytest.raises(EsiError, match=told):
+def test_modules_that_cannot_be_are_told(slots: str, names: list[str], message: str) -> None:
+    with pytest.raises(EsiError, match=message):
         equip(coupler(slots), names)

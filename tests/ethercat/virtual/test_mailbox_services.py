@@ -83,8 +83,8 @@ def test_replies_fit_into_the_mailbox_that_the_master_made(
 ) -> None:
     """Whatever comes, and however small the mailbox is."""
     (box,) = read_esi(esi(device(MAILBOX + "<Mailbox><AoE/><EoE/><SoE/><VoE/></Mailbox>")))
-    made = VirtualDevice(box, behaviour=Turned())
-    made.messages.open(room)
+    result = VirtualDevice(box, behaviour=Turned())
+    result.messages.open(room)
     address = IpSettings(b"\2" * 6, IPv4Address("10.0.0.9"))
     question = b"\xff" * 6 + b"\4" * 6 + b"\x08\x06" + bytes((0, 1, 8, 0, 6, 4, 0, 1))
     question += b"\4" * 6 + bytes((10, 0, 0, 1)) + bytes(6) + address.address.packed  # type: ignore[union-attr]
@@ -94,11 +94,11 @@ def test_replies_fit_into_the_mailbox_that_the_master_made(
         ("AoE", REQUESTS["AoE"]),
     ]  # fmt: skip
     for name, data in (*ours, *messages):
-        handler = made.services.get(MailboxProtocol[name.upper()])
+        handler = result.services.get(MailboxProtocol[name.upper()])
         replies = () if handler is None else handler(data)
         if not isinstance(replies, int):
             assert all(len(each) <= room for each in replies)
-    while (message := made.take_message()) is not None:
+    while (message := result.take_message()) is not None:
         assert len(message[1]) <= room
 
 

@@ -95,8 +95,8 @@ def test_filter_lets_its_addresses_in(
     port = NetworkPort(200, came.append)
     port.answer(request(EoeType.SET_IP, IpSettings(mac).encode()))
     wanted = MacFilter(tuple(listed), (), broadcasts)
-    (told,) = port.answer(request(EoeType.SET_FILTER, wanted.encode()))  # type: ignore[misc]
-    assert told[0] & 0x0F == EoeType.SET_FILTER_ANSWER
+    (message,) = port.answer(request(EoeType.SET_FILTER, wanted.encode()))  # type: ignore[misc]
+    assert message[0] & 0x0F == EoeType.SET_FILTER_ANSWER
     for target in (mac, *listed, other, ALL):
         for part in fragments(target + bytes(60), 1, 200):
             port.answer(part)
@@ -125,12 +125,12 @@ def test_master_switches_between_slaves(
 ) -> None:
     """One slave asks for the address of another, and has the answer."""
     assume(asker != mac)
-    kept = Kept()
-    ours = Served("<EoE/>", kept, count=2)
+    stored = Kept()
+    ours = Served("<EoE/>", stored, count=2)
     ours.do(ours.master.slaves[1].eoe.set_ip(IpSettings(mac, second)))  # type: ignore[union-attr]
     ours.device.send_frame(arp(asker, first, second))
-    ours.until(lambda: bool(kept.frames))
-    (answer,) = kept.frames
+    ours.until(lambda: bool(stored.frames))
+    (answer,) = stored.frames
     assert answer[:14] == asker + mac + b"\x08\x06"
 
 

@@ -131,7 +131,7 @@ def test_a_refused_start_command_holds_the_slave() -> None:
 
 
 @pytest.mark.parametrize(
-    ("text", "told"),
+    ("text", "message"),
     [
         (commands([(2, 1, b"x")]), "no IDN 1 of drive 2"),
         (commands([(0, 0, b"x")]), "no IDN 0 of drive 0"),
@@ -139,9 +139,9 @@ def test_a_refused_start_command_holds_the_slave() -> None:
         ('<SoE ChannelCount="x"/>', "expected a number, got 'x'"),
     ],
 )
-def test_what_cannot_be_read_refuses_the_device(text: str, told: str) -> None:
+def test_what_cannot_be_read_refuses_the_device(text: str, message: str) -> None:
     box = device(MAILBOX + f"<Mailbox>{text}</Mailbox>", name="Drive")
-    with pytest.raises(EsiError, match=f"Drive: .*{told}"):
+    with pytest.raises(EsiError, match=f"Drive: .*{message}"):
         make_slave(read_esi(esi(box))[0])
 
 

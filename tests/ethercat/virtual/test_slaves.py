@@ -78,14 +78,14 @@ def test_any_device_goes_to_op_and_exchanges_its_data(
     slave = make_slave(read_one(text), serial_number=serial)
     bus = bus_of(slave).up()
     (mine,) = bus.master.slaves
-    made = slave.device
-    assert (len(mine.outputs), len(mine.inputs)) == (made.output_size, made.input_size)
+    result = slave.device
+    assert (len(mine.outputs), len(mine.inputs)) == (result.output_size, result.input_size)
     sent = data.draw(st.binary(min_size=len(mine.outputs), max_size=len(mine.outputs)))
     given_ = data.draw(st.binary(min_size=len(mine.inputs), max_size=len(mine.inputs)))
     mine.outputs[:] = sent
-    made.write_all_inputs(given_)
+    result.write_all_inputs(given_)
     bus.run(2)
-    assert (made.all_outputs(), bytes(mine.inputs)) == (sent, given_)
+    assert (result.all_outputs(), bytes(mine.inputs)) == (sent, given_)
     assert slave.state is AlState.OP
 
 
@@ -95,20 +95,20 @@ def test_scan_finds_what_the_file_says(text: str) -> None:
     slave = make_slave(described)
     bus = Bus([slave], [])
     steps = scan_bus()
-    found = None
+    result = None
     try:
         back = next(steps)
         now = 0
         while True:
             back, now = play(bus.segment, steps, back, now)
     except StopIteration as end:
-        (found,) = end.value
-    assert not found.trouble
-    assert found.facts.identity[:3] == (0xE51, 0x1001, 0x10000)
+        (result,) = end.value
+    assert not result.trouble
+    assert result.facts.identity[:3] == (0xE51, 0x1001, 0x10000)
     mapped = from_esi(described)
     for output in (True, False):
         wanted = sum(mapped.bits(m) for m in mapped.sync_managers if m.output == output)
-        mine = found.configuration
+        mine = result.configuration
         assert sum(mine.bits(m) for m in mine.sync_managers if m.output == output) == wanted
 
 
