@@ -85,11 +85,11 @@ def test_messages_are_frames() -> None:
     target, source = AmsAddress("5.6.7.8.1.1:851"), AmsAddress("10.1.2.3.1.1:30000")
     packet = Frame(bytes(target), bytes(source), Command.READ, data=b"abc").encode_tcp()
     assert as_tcp_packet(packet[6:], 100) == packet
-    for wrong, told in (
+    for wrong, message in (
         (packet, "announces"),
         (packet[6:-1], "announces 3 bytes of data, the message has 2"),
         (packet[6:] + bytes(100), "32..100 bytes"),
         (b"", "32..100 bytes, got 0"),
     ):
-        with pytest.raises(DecodeError, match=told):
+        with pytest.raises(DecodeError, match=message):
             as_tcp_packet(wrong, 100)

@@ -81,7 +81,7 @@ def test_a_frame_is_what_it_was(
 
 
 @pytest.mark.parametrize(
-    ("packet", "told"),
+    ("packet", "message"),
     [
         (b"", "begins with"),
         (b"\x02\xa5" + bytes(20), "begins with"),
@@ -89,8 +89,8 @@ def test_a_frame_is_what_it_was(
         (data(1)[:-1] + b"\0", "checksum"),
     ],
 )
-def test_what_is_not_a_frame(packet: bytes, told: str) -> None:
-    with pytest.raises(DecodeError, match=told):
+def test_what_is_not_a_frame(packet: bytes, message: str) -> None:
+    with pytest.raises(DecodeError, match=message):
         SerialFrame.decode(packet)
 
 

@@ -459,12 +459,12 @@ def test_a_rate_that_deviates_for_too_long_is_an_error(shaft: Any) -> None:
     record = shaft.controller.record
     record.set_rate, record.rate_tolerance, record.rate_time = 60, 5, 100
     record.rate_monitoring = 1
-    found = []
+    results = []
     for k in range(130):
         shaft.at(0.3 * k)  # 50 per minute
-        found.append(record.rate_error)
+        results.append(record.rate_error)
     assert record.actual_rate == 50
-    assert found.index(1) == 100
+    assert results.index(1) == 100
     shaft.controller.set_input(CamInput.RESET_RATE_ERROR, 1)
     shaft.at(0.3 * 130)
     assert record.rate_error == 0
@@ -480,11 +480,11 @@ def test_a_shaft_that_stays_still_while_engaged_is_broken(shaft: Any) -> None:
     shaft.go([10] * 200)
     assert record.shaft_error == 0  # not engaged
     record.coupled = 1
-    found = []
+    results = []
     for _ in range(60):
         shaft.at(10)
-        found.append(record.shaft_error)
-    assert found.index(1) == 50
+        results.append(record.shaft_error)
+    assert results.index(1) == 50
     shaft.controller.set_input(CamInput.RESET_SHAFT_ERROR, 1)
     shaft.at(10)
     assert record.shaft_error == 0

@@ -76,18 +76,18 @@ def test_a_set_gives_back_what_it_took(area: str, data: st.DataObject) -> None:
 
 @given(st.sampled_from(sorted(SETS)), st.data())
 def test_a_set_with_one_value_outside_is_refused(area: str, data: st.DataObject) -> None:
-    found: CamSet = SETS[area]
+    result: CamSet = SETS[area]
     limited = [
         each
-        for each in found.parameters
+        for each in result.parameters
         if each.writable
         and each.name != "actual_rate"
         and each.most < 2 ** (8 * struct.calcsize(each.code) - 1)
     ]
     wrong = data.draw(st.sampled_from(limited))
-    values = {each.name: each.least for each in found.parameters} | {wrong.name: wrong.most + 1}
+    values = {each.name: each.least for each in result.parameters} | {wrong.name: wrong.most + 1}
     with pytest.raises(CamParameterError, match=f"{wrong.name} = {wrong.most + 1}, expected"):
-        found.decode(found.encode(values))
+        result.decode(result.encode(values))
 
 
 def test_check_tells_range_and_unit() -> None:

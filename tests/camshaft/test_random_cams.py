@@ -105,7 +105,7 @@ def test_any_time_or_brake_cam_at_any_steady_speed(data: st.DataObject) -> None:
     speed = rate * 60.0 * sign
     withdrawn = draw(st.integers(0, 300), "withdrawn")
     settle = record.window + 2
-    held = -(-duration * 100_000 // cycle_ns)  # a part of a cycle is a whole one
+    value = -(-duration * 100_000 // cycle_ns)  # a part of a cycle is a whole one
     latched, left, base = False, 0, None
     heading = 1 if speed > 0 else -1
     for k in range(settle + 300):
@@ -136,13 +136,13 @@ def test_any_time_or_brake_cam_at_any_steady_speed(data: st.DataObject) -> None:
                 rest = -(-controller.cams[number - 1].remaining_ns // cycle_ns)
                 left = rest + 1 if outputs else 0
             elif starts:
-                left = held
+                left = value
             on = left > 0
             left -= 1
         else:
             latched = enabled and (latched or starts)
             if latched:
-                left = held
+                left = value
             on = latched or left > 0
             left -= not latched
         assert outputs == on << track, (k, run / 3600)

@@ -8,9 +8,9 @@ from achse.codes import NcError, ReturnCode, code_of
 
 @given(st.one_of(st.sampled_from([*ReturnCode]).map(int), st.sampled_from([*NcError]).map(int)))
 def test_every_code_of_a_table_is_found(number: int) -> None:
-    found = code_of(number)
-    assert found is not None
-    assert found in (ReturnCode.of(number), NcError.of(number))
+    result = code_of(number)
+    assert result is not None
+    assert result in (ReturnCode.of(number), NcError.of(number))
 
 
 @given(st.integers(0, 0xFFFF_FFFF))

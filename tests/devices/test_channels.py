@@ -46,7 +46,7 @@ def test_inputs_are_set_by_name(service: SlaveService) -> None:
 
 
 @pytest.mark.parametrize(
-    ("request_", "told"),
+    ("request_", "message"),
     [
         ({"slave": 9, "channel": "X"}, "there are 3 slaves, got 9"),
         ({"slave": 3, "channel": "X"}, "slave 3 is not made from an ESI file"),
@@ -58,5 +58,5 @@ def test_inputs_are_set_by_name(service: SlaveService) -> None:
         ({"slave": 2, "channel": "Value", "what": 1}, "expected channel, slave, value"),
     ],
 )
-def test_what_cannot_be_is_told(service: SlaveService, request_: Any, told: str) -> None:
-    assert told in ask(service, **request_)["error"]
+def test_what_cannot_be_is_told(service: SlaveService, request_: Any, message: str) -> None:
+    assert message in ask(service, **request_)["error"]

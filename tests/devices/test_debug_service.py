@@ -68,8 +68,8 @@ def test_a_session(station: Station, tmp_path: Path) -> None:
         state = await ask("state")
         assert (state["state"], state["debugging"], state["port"]) == ("run", False, 851)
         assert await ask("breaks") == []
-        found = await ask("break", path="main.st", line=8, condition="nStep = 3")
-        assert (found["number"], found["found"], found["line"]) == (1, True, 8)
+        result = await ask("break", path="main.st", line=8, condition="nStep = 3")
+        assert (result["number"], result["found"], result["line"]) == (1, True, 8)
         station.advance(1.0)
         state = await ask("state", 851)
         assert state["state"] == "held"

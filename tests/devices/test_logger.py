@@ -153,9 +153,9 @@ def test_whoever_writes_the_log_gets_so_many_lines_a_second_and_no_more(
         target.removeHandler(keep)
         target.level = level
     assert {host.answers for host in hosts} <= {bytes(4), b""}
-    told = [int(text.split()[2]) for _, text in records if "left out" in text]
+    reports = [int(text.split()[2]) for _, text in records if "left out" in text]
     lines = [time for time, text in records if "left out" not in text]
-    assert len(lines) + sum(told) == written
+    assert len(lines) + sum(reports) == written
     assert len(lines) <= 2 * (2 * everybody + now * everybody // 1_000_000_000 + 1)
 
 

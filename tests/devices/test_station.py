@@ -56,7 +56,7 @@ def test_faults_are_added_listed_and_cleared(station: Station, own: Any, refused
 
 
 @pytest.mark.parametrize(
-    ("data", "told"),
+    ("data", "message"),
     [
         (b'{"kind": "melt"}', "kind: expected one of"),
         (b'{"kind": "error", "code": 1, "symbol": "X.y"}', "symbol: no device"),
@@ -67,8 +67,8 @@ def test_faults_are_added_listed_and_cleared(station: Station, own: Any, refused
         (b'{"kind": "drop", "at": Infinity}', "at: expected 0.."),
     ],
 )
-def test_a_fault_that_cannot_be_is_told(own: Any, data: bytes, told: str) -> None:
-    assert told in json.loads(own.exchange(FAULTS, 0, 1000, data))["error"]
+def test_a_fault_that_cannot_be_is_told(own: Any, data: bytes, message: str) -> None:
+    assert message in json.loads(own.exchange(FAULTS, 0, 1000, data))["error"]
 
 
 def test_a_tap_shows_what_others_do(station: Station, own: Any, client_of: Any) -> None:

@@ -25,10 +25,10 @@ class Two(ValueSymbols):
 
 
 def test_a_symbol_is_found_in_any_case_and_reads_its_value() -> None:
-    found = Two().resolve(" line.COUNT ")
-    assert found is not None
-    assert (found.index_group, found.index_offset, found.size) == (0x4020, 0, 4)
-    assert found.read() == b"\7\0\0\0"
+    result = Two().resolve(" line.COUNT ")
+    assert result is not None
+    assert (result.index_group, result.index_offset, result.size) == (0x4020, 0, 4)
+    assert result.read() == b"\7\0\0\0"
     assert Two().resolve("Line.Nothing") is None
 
 

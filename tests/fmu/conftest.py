@@ -62,10 +62,10 @@ def station_file(tmp_path: Path) -> Path:
 @pytest.fixture(scope="session")
 def compiler() -> str:
     """The C compiler; without one the test is skipped."""
-    found = shutil.which("cc")
-    if found is None:
+    result = shutil.which("cc")
+    if result is None:
         pytest.skip("there is no C compiler")
-    return found
+    return result
 
 
 @pytest.fixture(scope="session")

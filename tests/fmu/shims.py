@@ -23,21 +23,21 @@ FOLDER = Path(__file__).parents[2] / ".pytest_cache" / "shims"
 
 def compile_once(folder: Path, output: Path) -> None:
     """As `compile_shim`."""
-    found = shutil.which("cc")
-    if os.environ.get("CC") or found is None:
+    result = shutil.which("cc")
+    if os.environ.get("CC") or result is None:
         compiler.compile_shim(folder, output)
         return
-    digest = hashlib.sha256(f"{found} {Path(found).stat().st_mtime_ns}".encode())
+    digest = hashlib.sha256(f"{result} {Path(result).stat().st_mtime_ns}".encode())
     for file in (Path(compiler.__file__), *sorted(folder.glob("*.[ch]"))):
         digest.update(b"%s\0%s\0" % (file.name.encode(), file.read_bytes()))
-    kept = FOLDER / digest.hexdigest()
-    if not kept.exists():
+    stored = FOLDER / digest.hexdigest()
+    if not stored.exists():
         compiler.compile_shim(folder, output)
         FOLDER.mkdir(parents=True, exist_ok=True)
-        begun = kept.with_suffix(f".{os.getpid()}")
+        begun = stored.with_suffix(f".{os.getpid()}")
         shutil.copyfile(output, begun)
-        begun.replace(kept)
-    shutil.copyfile(kept, output)
+        begun.replace(stored)
+    shutil.copyfile(stored, output)
 
 
 @contextmanager

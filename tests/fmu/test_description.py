@@ -47,10 +47,10 @@ def test_fmi_3_has_types_arrays_units_and_starts() -> None:
 
 
 def test_fmi_2_has_scalar_variables() -> None:
-    kept, left_out = fitting(2, [each for each in VARIABLES if not each.dimensions])
+    stored, left_out = fitting(2, [each for each in VARIABLES if not each.dimensions])
     assert left_out == [LONG]
-    starts = [STARTS[VARIABLES.index(each)] for each in kept]
-    root = ElementTree.fromstring(model_description(2, ABOUT, kept, starts))
+    starts = [STARTS[VARIABLES.index(each)] for each in stored]
+    root = ElementTree.fromstring(model_description(2, ABOUT, stored, starts))
     assert root.get("guid") == "{token}"
     scalars = list(root.iter("ScalarVariable"))
     assert [each.get("valueReference") for each in scalars] == ["1", "2", "3", "4"]

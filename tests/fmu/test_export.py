@@ -34,8 +34,8 @@ def test_numbers_of_64_bits_are_left_out_of_fmi_2(station_file: Path, compiler: 
     from achse.fmu.variables import VariableChoice
 
     with kept_shims():
-        made = export(station_file, fmi=2, choice=VariableChoice(locals=["MAIN.n*"]))
-    assert [each.name for each in made.left_out] == ["MAIN.nSum"]
+        result = export(station_file, fmi=2, choice=VariableChoice(locals=["MAIN.n*"]))
+    assert [each.name for each in result.left_out] == ["MAIN.nSum"]
 
 
 @pytest.mark.parametrize("fmi", [1, 4])

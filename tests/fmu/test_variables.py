@@ -32,16 +32,16 @@ def by_name(variables: list[UnitVariable]) -> dict[str, UnitVariable]:
 
 
 def test_process_image_and_axes_are_variables(station: Station) -> None:
-    found = by_name(chosen_variables(station, VariableChoice()))
-    assert [name for name, each in found.items() if each.causality == "input"] == [
+    result = by_name(chosen_variables(station, VariableChoice()))
+    assert [name for name, each in result.items() if each.causality == "input"] == [
         "MAIN.aIn", "MAIN.bGo", "MAIN.fLevel", "MAIN.nSpeed",
     ]  # fmt: skip
-    assert found["MAIN.aIn"].dimensions == (3,)
-    assert found["MAIN.bOut"].causality == found["Axes.X.ActPos"].causality == "output"
-    assert found["Axes.X.SetVelo"].unit == "mm/s"
-    assert found["Axes.X.SetPos"].description == "set position"
-    assert next(iter(found)) == TIME.name
-    assert list(found)[-1] == DIGEST.name
+    assert result["MAIN.aIn"].dimensions == (3,)
+    assert result["MAIN.bOut"].causality == result["Axes.X.ActPos"].causality == "output"
+    assert result["Axes.X.SetVelo"].unit == "mm/s"
+    assert result["Axes.X.SetPos"].description == "set position"
+    assert next(iter(result)) == TIME.name
+    assert list(result)[-1] == DIGEST.name
 
 
 def test_symbols_are_chosen_by_name_and_pattern(station: Station) -> None:
@@ -52,23 +52,23 @@ def test_symbols_are_chosen_by_name_and_pattern(station: Station) -> None:
         process_image=False,
         axes=False,
     )
-    found = by_name(chosen_variables(station, choice))
-    assert found["MAIN.fGain"].causality == "parameter"
-    assert found["MAIN.stPart.aSizes[1]"].type is ValueType.UINT32
-    assert found["MAIN.stPart.aSizes"].dimensions == (3,)
-    assert found["MAIN.stPart.sName"].type is ValueType.STRING
-    assert found["MAIN.nCount"].description.strip() == "cycles so far"
-    assert found["MAIN.tWait"] == UnitVariable(
+    result = by_name(chosen_variables(station, choice))
+    assert result["MAIN.fGain"].causality == "parameter"
+    assert result["MAIN.stPart.aSizes[1]"].type is ValueType.UINT32
+    assert result["MAIN.stPart.aSizes"].dimensions == (3,)
+    assert result["MAIN.stPart.sName"].type is ValueType.STRING
+    assert result["MAIN.nCount"].description.strip() == "cycles so far"
+    assert result["MAIN.tWait"] == UnitVariable(
         "MAIN.tWait", "851:MAIN.tWait", ValueType.UINT32, "local", 4, (), "ms"
     )
-    assert found["Axes.X.PosDiffCouple"].causality == "local"
+    assert result["Axes.X.PosDiffCouple"].causality == "local"
 
 
 def test_arrays_are_elements_where_only_scalars_may_be(station: Station) -> None:
-    found = by_name(chosen_variables(station, VariableChoice(locals=["MAIN.st*"]), scalars=True))
-    assert [name for name in found if "aIn" in name] == [f"MAIN.aIn[{n}]" for n in (1, 2, 3)]
-    assert "MAIN.stPart.aSizes[0]" in found
-    assert all(each.dimensions == () for each in found.values())
+    result = by_name(chosen_variables(station, VariableChoice(locals=["MAIN.st*"]), scalars=True))
+    assert [name for name in result if "aIn" in name] == [f"MAIN.aIn[{n}]" for n in (1, 2, 3)]
+    assert "MAIN.stPart.aSizes[0]" in result
+    assert all(each.dimensions == () for each in result.values())
 
 
 @pytest.mark.parametrize(
@@ -92,16 +92,16 @@ def test_wrong_choice_is_refused(station: Station, choice: VariableChoice, compl
 def test_bytes_that_a_terminal_writes_are_no_inputs(station_file: Path) -> None:
     with station_file.open("a") as file:
         file.write('[[bus]]\n[[terminal]]\nname = "T"\ninput_address = 2\noutput_address = 0\n')
-    found = by_name(chosen_variables(Station.load(station_file), VariableChoice()))
-    assert found["MAIN.nSpeed"].causality == "output"
-    assert found["MAIN.bGo"].causality == "input"
+    result = by_name(chosen_variables(Station.load(station_file), VariableChoice()))
+    assert result["MAIN.nSpeed"].causality == "output"
+    assert result["MAIN.bGo"].causality == "input"
 
 
 def test_variables_that_a_signal_writes_are_no_inputs(station_file: Path) -> None:
     with station_file.open("a") as file:
         file.write('[[signal]]\nsymbol = "MAIN.fLevel"\nkind = "noise"\n')
-    found = by_name(chosen_variables(Station.load(station_file), VariableChoice()))
-    assert found["MAIN.fLevel"].causality == "output"
+    result = by_name(chosen_variables(Station.load(station_file), VariableChoice()))
+    assert result["MAIN.fLevel"].causality == "output"
 
 
 def test_variables_linked_to_an_axis_are_left_out(station_file: Path) -> None:
@@ -112,14 +112,14 @@ def test_variables_linked_to_an_axis_are_left_out(station_file: Path) -> None:
     program = station_file.parent / "cell.st"
     declared = "VAR fromNc AT %I* : NCTOPLC_AXLESTRUCT; toNc AT %Q* : PLCTONC_AXLESTRUCT; END_VAR"
     program.write_text(program.read_text().replace("PROGRAM MAIN", f"PROGRAM MAIN {declared}"))
-    found = by_name(chosen_variables(Station.load(station_file), VariableChoice()))
-    assert not [name for name in found if "fromNc" in name or "toNc" in name]
+    result = by_name(chosen_variables(Station.load(station_file), VariableChoice()))
+    assert not [name for name in result if "fromNc" in name or "toNc" in name]
 
 
 def test_names_that_are_no_identifiers_are_quoted(station_file: Path) -> None:
     station_file.write_text(station_file.read_text().replace('"X"', '"Axis 1"'))
-    found = by_name(chosen_variables(Station.load(station_file), VariableChoice()))
-    assert "Axes.'Axis 1'.ActPos" in found
+    result = by_name(chosen_variables(Station.load(station_file), VariableChoice()))
+    assert "Axes.'Axis 1'.ActPos" in result
 
 
 def test_types_are_those_of_the_same_width() -> None:

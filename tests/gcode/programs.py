@@ -13,9 +13,9 @@ from achse.gcode.vectors import PathPoint
 def commands(text: str, data: MachineData | None = None) -> list[Canonical]:
     """All commands of a program that ends by itself."""
     interpreter = Interpreter(PartProgram(text, "part.nc"), data)
-    found = list(interpreter)
+    results = list(interpreter)
     assert interpreter.state is RunState.ENDED
-    return found
+    return results
 
 
 def moves(text: str, data: MachineData | None = None) -> list[LineMove | ArcMove]:

@@ -126,17 +126,17 @@ def test_a_refused_value_changes_nothing() -> None:
 
 
 def test_variables_tell_what_was_declared() -> None:
-    found = {item.name: item for item in variables(MAIN)}
-    assert list(found)[:3] == ["nCounter", "bOut", "stAxis"]
-    assert "from" in found
-    assert found["nCounter"].initial_bytes() == b"\7\0\0\0"
-    assert found["bOut"].address == Address("Q", "X", 3, 2)
-    assert found["bOut"].apart
-    assert found["stKept"].apart
-    assert found["tRun"].persistent
-    assert not found["tRun"].apart
-    assert found["stAxis"].comment == "the axis"
-    assert found["stAxis"].attributes == {"TcLinkTo": "x"}
+    results = {item.name: item for item in variables(MAIN)}
+    assert list(results)[:3] == ["nCounter", "bOut", "stAxis"]
+    assert "from" in results
+    assert results["nCounter"].initial_bytes() == b"\7\0\0\0"
+    assert results["bOut"].address == Address("Q", "X", 3, 2)
+    assert results["bOut"].apart
+    assert results["stKept"].apart
+    assert results["tRun"].persistent
+    assert not results["tRun"].apart
+    assert results["stAxis"].comment == "the axis"
+    assert results["stAxis"].attributes == {"TcLinkTo": "x"}
     assert [item.section for item in variables(Adder)] == [Section.INPUT, Section.OUTPUT]
     assert variables(MAIN()) == variables(MAIN)
 

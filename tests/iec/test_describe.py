@@ -68,8 +68,8 @@ def test_a_structure() -> None:
 def test_the_members_of_a_function_block() -> None:
     entry = describe_type(iec_type(Block))
     assert entry.flags == 0x881
-    found = {item.name: (item.offset, item.size, item.flags, item.adst) for item in entry.members}
-    assert found == {
+    results = {item.name: (item.offset, item.size, item.flags, item.adst) for item in entry.members}
+    assert results == {
         "bOn": (8, 1, 0x82, 33),
         "nBit0": (72, 1, 0xA2, 33),  # byte 9 bit 0, as recorded
         "nBit1": (73, 1, 0xA2, 33),

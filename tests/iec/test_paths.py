@@ -136,8 +136,8 @@ def test_a_path_agrees_with_the_view() -> None:
 
 
 def test_methods_end_a_path() -> None:
-    found = locate(BLOCK, "#reset")
-    assert found.method is BLOCK.methods[0]
+    result = locate(BLOCK, "#reset")
+    assert result.method is BLOCK.methods[0]
     with pytest.raises(IecPathError, match="nothing follows a method"):
         locate(BLOCK, "#Reset.x")
 
@@ -172,11 +172,11 @@ def test_what_leads_nowhere_is_refused(path: str, message: str) -> None:
 @given(st.text("aGrid[]pPoint^.x#Reset019,- ", max_size=30))
 def test_any_text_leads_somewhere_or_is_refused(path: str) -> None:
     try:
-        found = locate(BLOCK, path)
+        result = locate(BLOCK, path)
     except IecPathError:
         return
-    if not found.hops:
-        assert 0 <= found.offset <= BLOCK.size - found.type.size
+    if not result.hops:
+        assert 0 <= result.offset <= BLOCK.size - result.type.size
 
 
 def test_no_steps_lead_to_the_start() -> None:

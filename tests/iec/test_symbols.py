@@ -90,8 +90,8 @@ def test_what_a_type_says_of_its_symbols() -> None:
     assert array.size == 1024
     assert SymbolEntry.of("b", BIT, 0, 0, context=0).flags == 0x000A
     assert SymbolEntry.of("r", reference_to(INT), 0, 0).flags == 0x010C
-    told = SymbolEntry.of("s", STRING(8), 0, 0, attributes={"TcEncoding": "UTF-8"}, flags=1)
-    assert told.flags == 0x1109
+    message = SymbolEntry.of("s", STRING(8), 0, 0, attributes={"TcEncoding": "UTF-8"}, flags=1)
+    assert message.flags == 0x1109
 
 
 SYMBOLS = st.builds(
@@ -123,10 +123,10 @@ def test_entries_come_back(entry: SymbolEntry) -> None:
 @given(st.lists(SYMBOLS, max_size=6))
 def test_tables_come_back_sorted_without_case(entries: list[SymbolEntry]) -> None:
     data = encode_symbols(entries)
-    found = decode_symbols(data)
-    assert sorted(map(repr, found)) == sorted(map(repr, entries))
-    assert [fold(entry.name) for entry in found] == sorted(fold(entry.name) for entry in entries)
-    assert encode_symbols(found) == data
+    result = decode_symbols(data)
+    assert sorted(map(repr, result)) == sorted(map(repr, entries))
+    assert [fold(entry.name) for entry in result] == sorted(fold(entry.name) for entry in entries)
+    assert encode_symbols(result) == data
 
 
 @given(st.binary(max_size=120))
@@ -141,10 +141,10 @@ def test_damaged_tables_are_read_or_refused(data: st.DataObject) -> None:
     for _ in range(data.draw(st.integers(1, 4))):
         damaged[data.draw(st.integers(0, len(damaged) - 1))] = data.draw(st.integers(0, 255))
     try:
-        found = decode_symbols(bytes(damaged))
+        result = decode_symbols(bytes(damaged))
     except IecDecodeError:
         return
-    assert all(isinstance(entry, SymbolEntry) for entry in found)
+    assert all(isinstance(entry, SymbolEntry) for entry in result)
 
 
 def test_every_truncation_is_refused() -> None:

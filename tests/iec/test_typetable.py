@@ -118,19 +118,21 @@ MEMBERS = st.lists(
 @given(MEMBERS, st.randoms(use_true_random=False))
 def test_arrays_of_any_length_come_through(types: list[IecType[Any]], random: Any) -> None:
     """An array without elements tells no size of its element; members share its offset."""
-    made: Any = StructType(
+    result: Any = StructType(
         "ST_Drawn", [Variable(each, name=f"m{n}") for n, each in enumerate(types)]
     )
-    entries = [describe_type(item) for item in types_within([made])]
+    entries = [describe_type(item) for item in types_within([result])]
     again = TypeTable(decode_types(encode_types(entries))).type("ST_Drawn")
     assert isinstance(again, StructType)
-    assert again.kind is made.kind
+    assert again.kind is result.kind
     assert [(item.type.name, item.offset, item.type.size) for item in again.members] == [
-        (item.type.name, item.offset, item.type.size) for item in made.members
+        (item.type.name, item.offset, item.type.size) for item in result.members
     ]
-    data = random.randbytes(made.size)
-    assert repr(plain(again.decode(data))) == repr(plain(made.decode(data)))
-    assert again.encode(again.decode(made.default)) == made.encode(made.decode(made.default))
+    data = random.randbytes(result.size)
+    assert repr(plain(again.decode(data))) == repr(plain(result.decode(data)))
+    assert again.encode(again.decode(result.default)) == result.encode(
+        result.decode(result.default)
+    )
 
 
 def test_array_without_elements_of_an_unknown_type_is_empty() -> None:
@@ -184,8 +186,8 @@ def test_a_type_may_point_to_its_own_kind() -> None:
     )
     table = TypeTable([node])
     type = table.type("ST_Node")
-    found = locate(type, "pNext^.pnext^.n")
-    assert (found.type, found.offset, found.hops) == (INT, 0, (8, 8))
+    result = locate(type, "pNext^.pnext^.n")
+    assert (result.type, result.offset, result.hops) == (INT, 0, (8, 8))
 
 
 def test_unions_share_their_memory() -> None:

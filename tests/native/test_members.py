@@ -82,9 +82,9 @@ def test_an_unknown_byte_code_is_left_alone(written: Any, monkeypatch: pytest.Mo
 
 def test_what_a_kernel_reaches(written: Any) -> None:
     module = written(SOURCE, Phase=Phase, Bit=Bit, Text=Text)
-    found = dict(reached(module.run))
-    assert {"run", "helper", "other", "Phase", "Bit", "Text"} <= found.keys()
-    assert "unused" not in found
+    results = dict(reached(module.run))
+    assert {"run", "helper", "other", "Phase", "Bit", "Text"} <= results.keys()
+    assert "unused" not in results
 
 
 TABLE = """
@@ -103,9 +103,9 @@ def run(n: int) -> int:
 
 def test_what_the_rows_of_a_table_hold_is_reached(written: Any) -> None:
     module = written(TABLE, Phase=Phase)
-    found = [thing for _, thing in reached(module.run)]
-    assert module.work in found
-    assert "first" in found
-    assert (Phase.NONE, 3) in found
+    results = [thing for _, thing in reached(module.run)]
+    assert module.work in results
+    assert "first" in results
+    assert (Phase.NONE, 3) in results
     fold_members(module.run)
     assert module.run(3) == 10

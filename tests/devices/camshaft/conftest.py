@@ -22,9 +22,9 @@ def camshafts() -> list[ServedCamshaft]:
 
 @pytest.fixture
 def device(camshafts: list[ServedCamshaft]) -> CamshaftDevice:
-    made = CamshaftDevice(camshafts, clock=lambda: 0)
-    made.attach(Router(NetId("1.2.3.4.1.1")), CAMSHAFT_PORT)
-    return made
+    result = CamshaftDevice(camshafts, clock=lambda: 0)
+    result.attach(Router(NetId("1.2.3.4.1.1")), CAMSHAFT_PORT)
+    return result
 
 
 @pytest.fixture

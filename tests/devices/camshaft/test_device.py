@@ -65,8 +65,8 @@ def test_every_row_is_served_as_the_table_says(
             continue
         for value in (parameter.least, parameter.most):
             camshaft.write(place, offset, struct.pack("<" + parameter.code, value))
-            kept = struct.unpack("<" + parameter.code, camshaft.read(place, offset, size))[0]
-            assert kept == (0 if group == 0x1000 and offset in FLAGS else value)
+            stored = struct.unpack("<" + parameter.code, camshaft.read(place, offset, size))[0]
+            assert stored == (0 if group == 0x1000 and offset in FLAGS else value)
         for value in (parameter.least - 1, parameter.most + 1):
             try:
                 content = struct.pack("<" + parameter.code, value)

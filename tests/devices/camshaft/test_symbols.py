@@ -13,9 +13,9 @@ from achse.iec.symbols import decode_symbols
 
 def symbol_of(device: CamshaftDevice, name: str) -> ValueSymbol:
     assert device.symbols is not None
-    found = device.symbols.source.resolve(name)
-    assert isinstance(found, ValueSymbol)
-    return found
+    result = device.symbols.source.resolve(name)
+    assert isinstance(result, ValueSymbol)
+    return result
 
 
 @pytest.mark.parametrize(
@@ -65,8 +65,8 @@ def test_every_symbol_is_read_where_the_table_says(camshaft: Any, device: Camsha
     """A client that has the table need not ask by name."""
     assert device.symbols is not None
     for entry in decode_symbols(device.symbols.source.symbol_table()):
-        found = camshaft.read(entry.index_group, entry.index_offset, entry.size)
-        assert found == symbol_of(device, entry.name).read(), entry.name
+        data = camshaft.read(entry.index_group, entry.index_offset, entry.size)
+        assert data == symbol_of(device, entry.name).read(), entry.name
 
 
 def test_the_tables(device: CamshaftDevice) -> None:

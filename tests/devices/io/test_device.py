@@ -46,8 +46,8 @@ def test_the_combined_list(io: Any, group: int, offset: int) -> None:
     at = 24 + sum(sizes)
     assert data[24:at] == b"Device 1 (EtherCAT)\0a comment\0"
     for number in range(1, 4):
-        size, found, _, station = struct.unpack_from("<4H", data, at)
-        assert (found, station) == (number, 1000 + number)
+        size, result, _, station = struct.unpack_from("<4H", data, at)
+        assert (result, station) == (number, 1000 + number)
         assert data[at + 20 : at + size] == f"Box {number}\0\0".encode()
         at += size
     assert at == len(data)

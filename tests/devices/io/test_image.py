@@ -31,21 +31,21 @@ def named(image: BusImage) -> dict[str, ImageVariable]:
 
 def test_variables_of_bus_and_boxes(io: Any) -> None:
     image = BusImage(io.up().served)
-    found = named(image)
-    assert found["InfoData.CfgSlaveCount"].read() == b"\3\0"
-    assert found["InfoData.AmsNetId"].read() == bytes(io.served.net_id)
-    assert found["Inputs.SlaveCount"].read() == b"\3\0"
-    assert found["Inputs.DevState"].read() == b"\0\0"
-    assert found["Inputs.Frm0WcState"].read() == b"\0\0"
-    assert found["Box 2.WcState.WcState"].read() == b"\0"
-    assert found["Box 2.InfoData.State"].read() == b"\x08\0"
-    assert found["Box 2.InfoData.AdsAddr"].read() == bytes(io.served.net_id) + b"\xea\3"
-    assert found["Box 1.InfoData.DcOutputShift"].read() == (500_000).to_bytes(4, "little")
-    assert "Box 2.InfoData.DcOutputShift" not in found
-    assert "Inputs.SlaveCount2" not in found
+    result = named(image)
+    assert result["InfoData.CfgSlaveCount"].read() == b"\3\0"
+    assert result["InfoData.AmsNetId"].read() == bytes(io.served.net_id)
+    assert result["Inputs.SlaveCount"].read() == b"\3\0"
+    assert result["Inputs.DevState"].read() == b"\0\0"
+    assert result["Inputs.Frm0WcState"].read() == b"\0\0"
+    assert result["Box 2.WcState.WcState"].read() == b"\0"
+    assert result["Box 2.InfoData.State"].read() == b"\x08\0"
+    assert result["Box 2.InfoData.AdsAddr"].read() == bytes(io.served.net_id) + b"\xea\3"
+    assert result["Box 1.InfoData.DcOutputShift"].read() == (500_000).to_bytes(4, "little")
+    assert "Box 2.InfoData.DcOutputShift" not in result
+    assert "Inputs.SlaveCount2" not in result
     status = next(
         each
-        for name, each in found.items()
+        for name, each in result.items()
         if name.startswith("Box 1.") and (name.endswith("Statusword"))
     )
     io.run()
@@ -54,7 +54,7 @@ def test_variables_of_bus_and_boxes(io: Any) -> None:
     outputs = [each for each in image.variables if each.output]
     assert {each.place[0] for each in outputs} == {0xF030}
     assert outputs[0].place[1] == OUTPUT_BASE
-    toggle = found["Box 1.WcState.InputToggle"]
+    toggle = result["Box 1.WcState.InputToggle"]
     before = toggle.read()
     io.run()
     assert toggle.read() != before
@@ -84,20 +84,20 @@ def test_contents_are_all_variables_in_their_places(io: Any) -> None:
     data=st.binary(min_size=120, max_size=120),
 )
 def test_entries_of_any_kind(entries: list[tuple[int, int, str]], data: bytes) -> None:
-    made = [
+    results = [
         PdoEntry(0x6000 + number, 0, bits, name, kind)
         for number, (kind, bits, name) in enumerate(entries)
     ]
-    pdo = Pdo(0x1A00, "in", 3, False, tuple(made))
+    pdo = Pdo(0x1A00, "in", 3, False, tuple(results))
     slave = SlaveConfiguration(
         "Box", sync_managers=(ProcessSyncManager(3, 0x1000, 0x20, False),), inputs=(pdo,)
     )
     master = Master(BusConfiguration((slave,)))
     master.cyclic.exchanged(0)[:] = data[: len(master.slaves[0].inputs)]
-    found = named(BusImage(ServedBus(1, master, default_net_id(STATION, 1))))
+    result = named(BusImage(ServedBus(1, master, default_net_id(STATION, 1))))
     whole = int.from_bytes(data, "little")
     at = 0
-    values = [each for name, each in found.items() if name.startswith("Box.in.")]
+    values = [each for name, each in result.items() if name.startswith("Box.in.")]
     assert len(values) == len(entries)
     for variable, (_, bits, _) in zip(values, entries, strict=True):
         assert int.from_bytes(variable.read(), "little") == whole >> at & (1 << bits) - 1
@@ -116,11 +116,11 @@ def test_a_ring_shows_both_adapters_and_where_it_is_open(data: st.DataObject, co
     served = ServedBus(1, master, default_net_id(STATION, 1))
     master.request(AlState.OP)
     ring.run(300_000_000)
-    found = named(BusImage(served))
+    result = named(BusImage(served))
 
     def shown() -> list[int]:
         names = ("SlaveCount", "SlaveCount2", "DevState", "DevState2", "Frm0WcState")
-        return [int.from_bytes(found[f"Inputs.{name}"].read(), "little") for name in names]
+        return [int.from_bytes(result[f"Inputs.{name}"].read(), "little") for name in names]
 
     for cable in data.draw(st.permutations(range(count + 1)), label="cut in this order"):
         assert shown() == [count, 0, 0, 0, 0]

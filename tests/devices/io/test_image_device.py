@@ -64,10 +64,10 @@ def test_values_by_name(io: Any) -> None:
 
 def test_nothing_is_written_and_places_outside_are_refused(io: Any) -> None:
     at = At(io.up())
-    found = symbols(io).resolve("inputs.devstate")
-    assert isinstance(found, ValueSymbol)
+    result = symbols(io).resolve("inputs.devstate")
+    assert isinstance(result, ValueSymbol)
     with pytest.raises(DeviceError, match="read only"):
-        found.write(b"\0\0")
+        result.write(b"\0\0")
     assert io.code(lambda: at.read(0xF020, INPUT_BASE - 1, 1)) == 0x703
     assert io.code(lambda: at.read(0xF021, 8 * INPUT_BASE + 80_000, 1)) == 0x703
     assert symbols(io).type_entry("UINT")

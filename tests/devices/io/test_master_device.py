@@ -155,8 +155,8 @@ def test_round_trips_and_the_interface(io: Any) -> None:
     served = io.served
     served.way = Way()
     assert struct.unpack("<6Q", io.read(MASTER, 0x101, 0, 48)) == (7, 1, 90, 150, 198, 300)
-    told = [io.read(MASTER, 0x102, which) for which in range(4)]
-    assert told == [b"eth1\0", b"cable pulled\0", b"eth2\0", b"\0"]
+    reports = [io.read(MASTER, 0x102, which) for which in range(4)]
+    assert reports == [b"eth1\0", b"cable pulled\0", b"eth2\0", b"\0"]
     io.write(MASTER, 0x101, 0, b"")
     assert struct.unpack_from("<Q", io.read(MASTER, 0x101, 0, 48)) == (0,)
     assert io.code(lambda: io.read(MASTER, 0x102, 4)) == ReturnCode.INVALID_OFFSET.number

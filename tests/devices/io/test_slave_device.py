@@ -74,10 +74,10 @@ def test_aborts_and_the_last_error(
     else:
         refused = io.code(lambda: io.write(BOX, SDO, offset, data))
     assert refused == code.number
-    told = io.read(BOX, ERROR, 0)
-    assert told[:8] == io.client
-    assert int.from_bytes(told[8:12], "little") == abort.number
-    assert abort.text.encode() in told
+    message = io.read(BOX, ERROR, 0)
+    assert message[:8] == io.client
+    assert int.from_bytes(message[8:12], "little") == abort.number
+    assert abort.text.encode() in message
 
 
 def test_longer_than_asked_for_is_refused(io: Any) -> None:
@@ -153,16 +153,16 @@ def test_what_is_not_served_says_so(io: Any, group: int) -> None:
 def test_parameters_of_a_sercos_drive(io: Any) -> None:
     """Answered by a service that the first slave has for this test."""
     io.up(AlState.PREOP)
-    kept = {32: b"\x03\x00"}
+    remaining = {32: b"\x03\x00"}
 
     def answer(data: bytes) -> list[bytes]:
         idn = int.from_bytes(data[2:4], "little")
         if data[0] & 7 == 3:
-            kept[idn] = data[4:]
+            remaining[idn] = data[4:]
             return [bytes((data[0] & 0xE0 | 4, data[1])) + data[2:4]]
-        if idn not in kept:
+        if idn not in remaining:
             return [bytes((data[0] & 0xE0 | 0x12, data[1])) + data[2:4] + b"\x01\x10"]
-        return [bytes((data[0] & 0xE0 | 2, data[1])) + data[2:4] + kept[idn]]
+        return [bytes((data[0] & 0xE0 | 2, data[1])) + data[2:4] + remaining[idn]]
 
     io.segment.slaves[1]._mailbox._services[MailboxProtocol.SOE] = answer
     assert io.read(BOX, 0xF420, 0x0140_0020) == b"\x03\x00"

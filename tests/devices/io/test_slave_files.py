@@ -108,8 +108,8 @@ class Upgrade:
             done += [each for each in io.answers if each.invoke_id == 99]
             if done:
                 return int.from_bytes(done[0].data[:4], "little")
-            told = io.read(DRIVE, PROGRESS, self.handle)
-            step = struct.unpack_from("<4I", told)
+            data = io.read(DRIVE, PROGRESS, self.handle)
+            step = struct.unpack_from("<4I", data)
             if not self.seen or self.seen[-1] != step:
                 self.seen.append(step)
             io.run(20)
@@ -126,13 +126,13 @@ def test_firmware_is_written_and_tells_how_far_it_is(data: st.DataObject) -> Non
     password = draw(st.integers(0, 2**32 - 1), "password")
     io.drive.firmware = Firmware(name, password=password)
     io.up(AlState(draw(st.sampled_from([2, 4]), "state")))
-    given = draw(st.sampled_from([password, password ^ 1]), "password given")
+    values = draw(st.sampled_from([password, password ^ 1]), "password given")
     size = draw(st.integers(0, 20_000) | st.sampled_from([244, 488]), "bytes")
     content = bytes(range(256)) * (size // 256 + 1)
     content = content[:size]
-    upgrade = Upgrade(io, name, given, content)
+    upgrade = Upgrade(io, name, values, content)
     result = upgrade.close()
-    if given != password:
+    if values != password:
         assert result == 0x704
         assert io.read(DRIVE, ERROR, 0)[8:12] == b"\x0a\x80\0\0"
     elif io.master.state != AlState.PREOP:

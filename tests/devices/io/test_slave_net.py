@@ -41,8 +41,8 @@ def test_any_port_of_a_slave_is_asked_in_its_mailbox(port: int, value: bytes, st
 def test_clients_find_the_net_id_and_others_have_none() -> None:
     io = IoBus(1, Messenger)
     for station, net_id in ((1001, "10.1.2.3.2.1"), (BOX, str(SLAVE))):
-        told = io.read_write(300, 0x5001, 8, 6, station.to_bytes(2, "little"))
-        assert NetId(told) == NetId(net_id)
+        message = io.read_write(300, 0x5001, 8, 6, station.to_bytes(2, "little"))
+        assert NetId(message) == NetId(net_id)
     with pytest.raises(Refused, match=r"0x7$"):
         io.ask(0x1000, Command.READ, reading(), NetId("10.1.2.3.2.2"))
 
@@ -122,5 +122,5 @@ def test_a_slave_reads_the_number_of_buses() -> None:
     source, target = AmsAddress.of(SLAVE, 0x1001), AmsAddress.of(STATION, 300)
     device.outbox.append((AOE, Frame(target, source, Command.READ, 4, 0, 9, body).encode()))
     io.run(200)
-    (told,) = device.told
-    assert Frame.decode(told).data == struct.pack("<III", 0, 4, 1)
+    (message,) = device.told
+    assert Frame.decode(message).data == struct.pack("<III", 0, 4, 1)

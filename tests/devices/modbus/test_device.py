@@ -23,9 +23,9 @@ def find(address: str, port: int) -> tuple[str, int] | None:
 
 @pytest.fixture
 def device() -> Iterator[ModbusDevice]:
-    made = ModbusDevice(find, clock=ManualClock())
-    yield made
-    made.lines.close()
+    result = ModbusDevice(find, clock=ManualClock())
+    yield result
+    result.lines.close()
 
 
 def request(
@@ -145,9 +145,9 @@ def test_a_name_that_nobody_knows() -> None:
 def test_what_else_may_go_wrong(
     device: ModbusDevice, monkeypatch: pytest.MonkeyPatch, failure: Exception, code: int
 ) -> None:
-    asked: Future[bytes] = Future()
-    asked.set_exception(failure)
-    monkeypatch.setattr(device.lines, "ask", lambda *_: asked)
+    requested: Future[bytes] = Future()
+    requested.set_exception(failure)
+    monkeypatch.setattr(device.lines, "ask", lambda *_: requested)
     assert code_of(device, request(502, 3, 0, 1)) == code
 
 

@@ -39,11 +39,11 @@ EXAMPLES = [
 ]
 
 
-@pytest.mark.parametrize(("section", "query", "asked", "answer", "data"), EXAMPLES)
+@pytest.mark.parametrize(("section", "query", "requested", "answer", "data"), EXAMPLES)
 def test_examples_of_the_specification(
-    section: str, query: Query, asked: str, answer: str, data: str
+    section: str, query: Query, requested: str, answer: str, data: str
 ) -> None:
-    assert request_pdu(query) == bytes.fromhex(asked)
+    assert request_pdu(query) == bytes.fromhex(requested)
     assert answer_data(query, bytes.fromhex(answer)) == bytes.fromhex(data)
     assert query.size == len(bytes.fromhex(data))
 

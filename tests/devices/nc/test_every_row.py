@@ -25,12 +25,12 @@ OF_ONE_KIND = {row.name for row in (*groups.OF_ONE_KIND, *channels.OF_INTERPRETE
 
 def rows(bench: Any) -> list[tuple[int, Service]]:
     """Index group for axis 1 and row, of all groups with rows."""
-    found = []
+    results = []
     for group in bench.device.services:
         for row in getattr(group, "rows", ()):
             base = getattr(group, "base", None)
-            found.append((group.index_group if base is None else base + ONE_AXIS, row))
-    return found
+            results.append((group.index_group if base is None else base + ONE_AXIS, row))
+    return results
 
 
 def forms(row: Service) -> tuple[Any, ...]:
@@ -219,12 +219,12 @@ kinematic, PTP)."""
 
 def listed(*objects: str) -> list[tuple[int, int, str, str]]:
     """Services of the manual: index group, offset of the first element, access, name."""
-    found = []
+    results = []
     for line in SERVICES.read_text(encoding="utf-8").splitlines()[1:]:
         kind, _, group, offset, access, name = line.split("\t")
         if kind in objects:
-            found.append((int(group, 16), int(offset.replace("n", "0"), 16), access, name))
-    return found
+            results.append((int(group, 16), int(offset.replace("n", "0"), 16), access, name))
+    return results
 
 
 def test_every_service_of_channels_and_groups_is_walked(programs: Any, make_bench: Any) -> None:

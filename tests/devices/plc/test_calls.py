@@ -117,8 +117,8 @@ def device() -> PlcDevice:
 
 
 def handle(device: PlcDevice, name: str) -> int:
-    found: int = struct.unpack("<I", device.read_write(0xF003, 0, 4, name.encode()))[0]
-    return found
+    result: int = struct.unpack("<I", device.read_write(0xF003, 0, 4, name.encode()))[0]
+    return result
 
 
 def call(device: PlcDevice, path: str, data: bytes = b"", length: int = 64) -> bytes:
@@ -214,8 +214,8 @@ def test_the_entry_of_a_property_bears_its_index_group(device: PlcDevice) -> Non
 def test_what_a_property_refuses(
     device: PlcDevice, name: str, data: bytes, code: ReturnCode
 ) -> None:
-    found = handle(device, f"MAIN.aBlocks[1].{name}")
-    assert refused(device.write, 0xF005, found, data) == code
+    result = handle(device, f"MAIN.aBlocks[1].{name}")
+    assert refused(device.write, 0xF005, result, data) == code
     assert device.read_write(0xF004, 0, 2, b"MAIN.aBlocks[1].nSpeed") == struct.pack("<h", 5)
 
 

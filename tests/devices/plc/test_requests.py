@@ -218,8 +218,8 @@ def test_log_functions_write_to_the_logger_when_the_cycle_has_ended() -> None:
     asking.cycle(2)
     assert (asking["r"], asking.plc.failure) == (0, "")
     messages = [LogMessage.decode(WriteRequest.decode(one.data).data) for one in logger.frames]
-    found = [(one.kind, one.port, one.text) for one in messages if one is not None]
-    assert found == [(0x14, 851, "part A of %s"), (1, 851, "n -5"), (1, 851, "x 1.500000")]
+    results = [(one.kind, one.port, one.text) for one in messages if one is not None]
+    assert results == [(0x14, 851, "part A of %s"), (1, 851, "n -5"), (1, 851, "x 1.500000")]
 
 
 class FakePlc:

@@ -91,8 +91,8 @@ class Client:
         assert self.ran.plc.failure == ""
 
     def data(self, invoke_id: int) -> tuple[int, bytes]:
-        found = DataResponse.decode(self.answers.pop(invoke_id))
-        return found.result, found.data
+        decoded = DataResponse.decode(self.answers.pop(invoke_id))
+        return decoded.result, decoded.data
 
 
 @pytest.fixture(params=[CodeForm.PLAIN, CodeForm.AUTO])

@@ -190,8 +190,8 @@ def test_an_entry_says_what_was_declared(symbols: PlcSymbols) -> None:
     assert fixed.attributes == (("Unit", "mm"),)
     output = SymbolEntry.decode(found(symbols, "GVL.nOutput").entry())
     assert output.attributes == (("TcAddressType", "Output"),)
-    kept = SymbolEntry.decode(found(symbols, "GVL.nKept").entry())
-    assert kept.flags & SymbolFlag.PERSISTENT
+    decoded = SymbolEntry.decode(found(symbols, "GVL.nKept").entry())
+    assert decoded.flags & SymbolFlag.PERSISTENT
     bit = SymbolEntry.decode(found(symbols, "GVL.bInput").entry())
     assert bit.flags & SymbolFlag.BIT_VALUE
     assert (bit.type_name, bit.size) == ("BOOL", 1)

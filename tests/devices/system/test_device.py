@@ -59,7 +59,7 @@ def _write_control(client: Any, state: int, device_state: int = 1, data: bytes =
 
 
 @pytest.mark.parametrize(
-    ("state", "device_state", "data", "asked"),
+    ("state", "device_state", "data", "requested"),
     [
         (AdsState.RESET, 1, b"", ("restart",)),
         (AdsState.RESET, 0, bytes(10_240), ("restart",)),
@@ -75,10 +75,10 @@ def test_states_that_the_station_obeys(
     state: int,
     device_state: int,
     data: bytes,
-    asked: tuple[Any, ...],
+    requested: tuple[Any, ...],
 ) -> None:
     _write_control(client, state, device_state, data)
-    assert control.asked == [asked]
+    assert control.asked == [requested]
 
 
 @pytest.mark.parametrize(

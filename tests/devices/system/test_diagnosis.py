@@ -16,9 +16,9 @@ NAME, COUNT = 0x1008_0000, 0xF020_0000
 def device() -> SystemDevice:
     routes = RouteTable()
     routes.add(Route(name="north", net_id=NetId("1.2.3.4.1.1"), host="10.0.0.1"))
-    made = SystemDevice(clock=ManualClock(), name="Press", routes=routes)
-    made.attach(Router(NetId("5.6.7.8.1.1")), 10_000)
-    return made
+    result = SystemDevice(clock=ManualClock(), name="Press", routes=routes)
+    result.attach(Router(NetId("5.6.7.8.1.1")), 10_000)
+    return result
 
 
 def read(device: SystemDevice, offset: int) -> bytes:

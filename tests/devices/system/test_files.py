@@ -313,12 +313,12 @@ async def test_no_file_service_holds_the_loop(
             achse.connect(router, port=10_000) as one,
             achse.connect(router, port=10_000) as other,
         ):
-            found = asyncio.create_task(one.read_write_raw(133, 1, 324, b"*"))
+            result = asyncio.create_task(one.read_write_raw(133, 1, 324, b"*"))
             for _ in range(20):
                 assert (await other.state()).ads_state == 5
-            assert not found.done()
+            assert not result.done()
             let_go.set()
-            assert FIND_ENTRY.unpack(await found)[-1].rstrip(b"\0") == b"a.txt"
+            assert FIND_ENTRY.unpack(await result)[-1].rstrip(b"\0") == b"a.txt"
 
 
 async def test_beside_the_loop_a_sum_of_file_services_is_refused(
@@ -371,9 +371,9 @@ wishes = st.lists(
 
 
 @settings(max_examples=13)
-@given(asked=wishes)
+@given(requested=wishes)
 def test_beside_the_loop_answers_are_the_same(
-    asked: list[tuple[int, int, bytes, int]], tmp_path_factory: pytest.TempPathFactory
+    requested: list[tuple[int, int, bytes, int]], tmp_path_factory: pytest.TempPathFactory
 ) -> None:
     """Any services in any order: answers, files and handles as without a thread."""
 
@@ -394,23 +394,23 @@ def test_beside_the_loop_answers_are_the_same(
         device = SystemDevice(clock=lambda: 0, root=root)
         device.attach(router, 10_000)
         handles: list[int] = []
-        told: list[object] = []
+        reports: list[object] = []
         work = device.files_beside(asyncio.get_running_loop()) if beside else nullcontext()
         with work:
             async with achse.connect(router, port=10_000) as client:
-                for wish in asked:
+                for wish in requested:
                     group, offset, data = request(wish, handles)
                     try:
                         answer = await client.read_write_raw(group, offset, 400, data)
                     except DeviceError as refusal:
-                        told.append((group, refusal.code))
+                        reports.append((group, refusal.code))
                         continue
                     if group in (100, 101, 102, 120) and answer != b"\xff" * 4:
                         handles.append(int.from_bytes(answer, "little"))
-                    told.append((group, answer if group != 133 else answer[48:]))
-        told.append(sorted(str(path.relative_to(root)) for path in root.rglob("*")))
+                    reports.append((group, answer if group != 133 else answer[48:]))
+        reports.append(sorted(str(path.relative_to(root)) for path in root.rglob("*")))
         device.files.close_all()
-        return told
+        return reports
 
     assert asyncio.run(run(True)) == asyncio.run(run(False))
 
@@ -500,13 +500,13 @@ requests = st.tuples(
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture], max_examples=75)
 @given(st.lists(requests, max_size=12))
 def test_whatever_is_asked_stays_inside_and_is_answered(
-    device: SystemDevice, client: Any, root: Path, asked: list[Any]
+    device: SystemDevice, client: Any, root: Path, requested: list[Any]
 ) -> None:
     """Nothing but documented codes, and nothing beside the folder is touched."""
     (root / "a.txt").write_bytes(b"again")
     if not (root / "out").is_symlink():
         (root / "out").symlink_to(root.parent)
-    for group, offset, length, data, how in asked:
+    for group, offset, length, data, how in requested:
         code = 0
         try:
             if how == "read":

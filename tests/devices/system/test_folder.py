@@ -174,8 +174,8 @@ def test_a_search_finds_sorted_names_without_case_and_without_what_leads_out(
     folder: Folder,
 ) -> None:
     def names(pattern: bytes) -> list[bytes]:
-        where, found = folder.matching(pattern, 1)
-        return [as_name(where / name) for name in found if folder.holds(where / name)]
+        where, result = folder.matching(pattern, 1)
+        return [as_name(where / name) for name in result if folder.holds(where / name)]
 
     assert names(b"*") == names(b"*.*") == [b"a.txt", b"inside", b"sub"]
     assert names(b"A.*") == [b"a.txt"]

@@ -142,8 +142,8 @@ def test_registry_holds_what_was_written_and_not_deleted(
         keys |= {(hive, folded[:count]) for count in range(1, len(path) + 1)}
         values[hive, folded, name.lower()] = type, data
     for (hive, path, name), (_, data) in values.items():
-        asked = b"\\".join(path) + b"\0" + name + b"\0"
-        assert table.find(hive).read_write(hive, 0, MOST_BYTES, asked, b"") == data
+        requested = b"\\".join(path) + b"\0" + name + b"\0"
+        assert table.find(hive).read_write(hive, 0, MOST_BYTES, requested, b"") == data
     assert sum(_count(table, hive, b"") for hive in (200, 201, 202)) == len(keys)
 
 

@@ -13,8 +13,8 @@ from achse.server import IndexGroup
 
 
 def group(unix_ns: int) -> IndexGroup:
-    (found,) = TimeService(lambda: unix_ns).groups()
-    return found
+    (result,) = TimeService(lambda: unix_ns).groups()
+    return result
 
 
 @given(st.datetimes(datetime(1970, 1, 1), datetime(2200, 1, 1)))

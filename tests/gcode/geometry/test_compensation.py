@@ -20,8 +20,8 @@ WITNESSED = "G41 D1 X10 Y10 F600\nX30\nY30\nG2 X40 Y40 I10 J0\nG1 X60\nY20\nG40 
 def test_the_contour_of_the_facts() -> None:
     """LinuxCNC's interpreter with G41.1 gave the same."""
     data = with_tool()
-    found = moves(WITNESSED, data)
-    assert [(round(x, 4), round(y, 4)) for x, y, _ in (move.end for move in found)] == [
+    result = moves(WITNESSED, data)
+    assert [(round(x, 4), round(y, 4)) for x, y, _ in (move.end for move in result)] == [
         (8.5858, 11.4142),
         (10.0, 12.0),
         (28.0, 12.0),
@@ -32,9 +32,9 @@ def test_the_contour_of_the_facts() -> None:
         (62.0, 20.0),
         (80.0, 20.0),
     ]
-    assert isinstance(found[4], ArcMove)
-    assert found[4].radius == pytest.approx(12.0)
-    assert found[4].clockwise
+    assert isinstance(result[4], ArcMove)
+    assert result[4].radius == pytest.approx(12.0)
+    assert result[4].clockwise
 
 
 def test_left_of_a_line() -> None:
@@ -54,20 +54,20 @@ def test_before_an_inner_corner_the_selecting_line_ends_beside_the_next() -> Non
 
 
 def test_a_tangential_joint_needs_no_corner() -> None:
-    found = moves("G41 D1 Y0 X-5 F600\nX10\nG3 X20 Y10 I0 J10\nG40 G1 X20 Y20", with_tool())
-    assert [type(move) for move in found][-3:] == [LineMove, ArcMove, LineMove]
-    assert found[-2].end == pytest.approx((18.0, 10.0, 0.0))
+    result = moves("G41 D1 Y0 X-5 F600\nX10\nG3 X20 Y10 I0 J10\nG40 G1 X20 Y20", with_tool())
+    assert [type(move) for move in result][-3:] == [LineMove, ArcMove, LineMove]
+    assert result[-2].end == pytest.approx((18.0, 10.0, 0.0))
 
 
 def test_other_commands_keep_their_places() -> None:
-    found = commands("G41 D1 X10 F600\nX20 M7\nM8\nZ-1\nY20 M9\nG40 X0", with_tool())
+    result = commands("G41 D1 X10 F600\nX20 M7\nM8\nZ-1\nY20 M9\nG40 X0", with_tool())
     shown = [
         f"M{each.number}" if isinstance(each, MFunction) else "move"
-        for each in found
+        for each in result
         if isinstance(each, MFunction | LineMove | ArcMove)
     ]
     assert shown == ["move", "M7", "move", "M8", "move", "M9", "move", "move"]
-    assert found[4].end[2] == -1.0  # type: ignore[union-attr]
+    assert result[4].end[2] == -1.0  # type: ignore[union-attr]
 
 
 @pytest.mark.parametrize(
@@ -88,8 +88,8 @@ def test_a_mirror_changes_the_side() -> None:
 
 
 def test_arcs_of_corners_turn_the_short_way() -> None:
-    found = moves("G41 D1 X10 F600\nX20\nX10 Y0.0\nG40 Y9", with_tool())
-    corner = next(move for move in found if isinstance(move, ArcMove))
+    result = moves("G41 D1 X10 F600\nX20\nX10 Y0.0\nG40 Y9", with_tool())
+    corner = next(move for move in result if isinstance(move, ArcMove))
     assert corner.angle == pytest.approx(pi)
 
 
@@ -131,19 +131,19 @@ def test_detection_refuses() -> None:
 def test_detection_tells_and_repairs() -> None:
     data = with_tool()
     data.bottleneck = Bottleneck(mode=BottleneckMode.REPAIR, look_ahead=5)
-    found = commands("CDON\n" + NARROW, data)
-    notices = [each for each in found if isinstance(each, BottleneckNotice)]
+    result = commands("CDON\n" + NARROW, data)
+    notices = [each for each in result if isinstance(each, BottleneckNotice)]
     assert notices
     assert all(each.repaired for each in notices)
-    lows = [each.end[1] for each in found if isinstance(each, LineMove | ArcMove)]
+    lows = [each.end[1] for each in result if isinstance(each, LineMove | ArcMove)]
     assert min(lows) >= -12.0 - 1e-9
 
 
 def test_detection_only_tells() -> None:
     data = with_tool()
     data.bottleneck = Bottleneck(mode=BottleneckMode.NOTICE, look_ahead=5)
-    found = commands("CDON\n" + NARROW, data)
-    assert any(isinstance(each, BottleneckNotice) and not each.repaired for each in found)
+    result = commands("CDON\n" + NARROW, data)
+    assert any(isinstance(each, BottleneckNotice) and not each.repaired for each in result)
 
 
 def star(draw: Random) -> tuple[list[str], list[tuple[float, float]]]:
@@ -168,12 +168,12 @@ def star(draw: Random) -> tuple[list[str], list[tuple[float, float]]]:
 
 def nearest(x: float, y: float, points: list[tuple[float, float]]) -> float:
     """Distance of a point to a polygon."""
-    found = []
+    results = []
     for (a, b), (c, d) in pairwise(points):
         u, v = c - a, d - b
         share = min(max(((x - a) * u + (y - b) * v) / (u * u + v * v), 0.0), 1.0)
-        found.append(hypot(x - a - share * u, y - b - share * v))
-    return min(found)
+        results.append(hypot(x - a - share * u, y - b - share * v))
+    return min(results)
 
 
 @pytest.mark.parametrize("mode", [BottleneckMode.ABORT, BottleneckMode.REPAIR])
@@ -186,13 +186,13 @@ def test_the_cutter_never_gets_into_the_contour(
     data = with_tool(round(radius, 2))
     data.bottleneck = Bottleneck(mode=mode, look_ahead=24)
     try:
-        found = moves("CDON\n" + "\n".join(lines), data)
+        result = moves("CDON\n" + "\n".join(lines), data)
     except GcodeError as error:
         code = error.code
     else:
-        for move, following in pairwise(found):
+        for move, following in pairwise(result):
             assert move.end == following.start
-        for move in found[2:-1]:
+        for move in result[2:-1]:
             for step in range(11):
                 x, y, _ = move.at(step / 10)
                 assert nearest(x, y, points) >= round(radius, 2) - 1e-6
@@ -258,15 +258,15 @@ EIGHT = "G41 D1 X10 Y10 F600\nX30 Y30\nY10\nX10 Y30\nX0\nG40 X-20"
 """Its second and fourth line cross, as they are meant to."""
 
 
-@pytest.mark.parametrize(("look_ahead", "told"), [(1, 0), (3, 0), (6, 1), (24, 1)])
+@pytest.mark.parametrize(("look_ahead", "message"), [(1, 0), (3, 0), (6, 1), (24, 1)])
 def test_a_contour_that_crosses_itself_is_told_as_far_as_the_detection_looks(
-    look_ahead: int, told: int
+    look_ahead: int, message: int
 ) -> None:
     data = with_tool()
     data.bottleneck = Bottleneck(mode=BottleneckMode.NOTICE, look_ahead=look_ahead)
-    found = commands("CDON\n" + EIGHT, data)
-    assert sum(isinstance(each, BottleneckNotice) for each in found) == told
-    ways = [each.end for each in found if isinstance(each, LineMove | ArcMove)]
+    result = commands("CDON\n" + EIGHT, data)
+    assert sum(isinstance(each, BottleneckNotice) for each in result) == message
+    ways = [each.end for each in result if isinstance(each, LineMove | ArcMove)]
     assert ways == [move.end for move in moves(EIGHT, with_tool())], "a notice changes nothing"
 
 

@@ -50,10 +50,10 @@ def test_an_arc_is_round() -> None:
 
 def test_velocity_is_colour() -> None:
     samples = [PathSample((float(n), 0.0, 0.0), float(n)) for n in range(101)]
-    found = lines(draw_velocities(samples, title="ramp"))
-    assert len(found) == 24
-    assert [found[at].attrib["stroke"] for at in (0, -1)] == ["#1111d4", "#d41111"]
-    ends = [points(line) for line in found]
+    result = lines(draw_velocities(samples, title="ramp"))
+    assert len(result) == 24
+    assert [result[at].attrib["stroke"] for at in (0, -1)] == ["#1111d4", "#d41111"]
+    ends = [points(line) for line in result]
     assert all(a[-1] == b[0] for a, b in pairwise(ends))
 
 

@@ -16,24 +16,24 @@ from tests.gcode.programs import commands, refused
 
 
 def test_technology_words_dwell_settings_and_messages() -> None:
-    found = commands(
+    result = commands(
         "S1000 T5 H-7\nG04 X0.5\nG4 F2\n#set paramVertexSmoothing(2;1;R1)#\nDYNOVR=0.5\n"
         '#MSG(ITP;LOG;"Hi")#\n#skip VirtualMovements(3)#\nM30'
     )
-    words = [each for each in found if isinstance(each, TechnologyWord)]
+    words = [each for each in result if isinstance(each, TechnologyWord)]
     assert [(each.word, each.value) for each in words] == [
         (Technology.SPINDLE, 1000.0),
         (Technology.TOOL, 5.0),
         (Technology.AUXILIARY, -7.0),
     ]
-    assert [each.seconds for each in found if isinstance(each, DwellTime)] == [0.5, 2.0]
-    settings = [each for each in found if isinstance(each, PathSetting)]
+    assert [each.seconds for each in result if isinstance(each, DwellTime)] == [0.5, 2.0]
+    settings = [each for each in result if isinstance(each, PathSetting)]
     assert [(each.parameter, each.values) for each in settings] == [
         (PathParameter.VERTEX_SMOOTHING, (2.0, 1.0, 0.0)),
         (PathParameter.DYNAMIC_OVERRIDE, (0.5,)),
         (PathParameter.SKIP_VIRTUAL_MOVEMENTS, (3.0,)),
     ]
-    assert [each.text for each in found if isinstance(each, ProgramMessage)] == ["Hi"]
+    assert [each.text for each in result if isinstance(each, ProgramMessage)] == ["Hi"]
 
 
 @pytest.mark.parametrize(

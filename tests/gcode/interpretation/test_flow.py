@@ -59,8 +59,8 @@ def test_a_counted_loop_upwards_and_downwards() -> None:
 
 
 def test_a_repeat_loop_runs_once_at_least() -> None:
-    found = registers("R1=0\nN20 @620 R1\nN30 @143 R1 K3 K-20\nM30")
-    assert found[1] == 4.0
+    result = registers("R1=0\nN20 @620 R1\nN30 @143 R1 K3 K-20\nM30")
+    assert result[1] == 4.0
 
 
 def test_a_case_goes_on_in_further_lines() -> None:
@@ -94,12 +94,12 @@ def test_operands_are_checked(wrong: str) -> None:
 
 
 def test_registers_are_saved_and_restored() -> None:
-    found = registers(
+    result = registers(
         "R1=1 R2=2 R3=3\n@40 K2 R1 R3\n@41 R1 R3\nR1=7 R2=8 R3=9\n@43 R3 R1\n"
         "R5=R1+R2*10\n@42 K2 R3 R1\nM30"
     )
-    assert found[1:4] == [1.0, 2.0, 3.0]
-    assert found[5] == 30.0
+    assert result[1:4] == [1.0, 2.0, 3.0]
+    assert result[5] == 30.0
     assert refused("@42 K1 R1").code is NcError.ARITHMETIC_STACK_UNDERFLOW
     assert refused("N1 @41 R0 R899\n@100 K-1").code is NcError.ARITHMETIC_STACK_OVERFLOW
 
@@ -125,8 +125,8 @@ def test_registers_are_saved_and_restored() -> None:
     ],
 )
 def test_arithmetic_of_at_commands(command: str, expected: float) -> None:
-    found = registers(f"R1=2.75 R2=-30 R3=1\n{command}\nM30")
-    assert found[1] == pytest.approx(expected)
+    result = registers(f"R1=2.75 R2=-30 R3=1\n{command}\nM30")
+    assert result[1] == pytest.approx(expected)
 
 
 def test_what_has_no_value_is_refused() -> None:

@@ -113,9 +113,9 @@ def test_blocks_are_skipped_by_mask() -> None:
 def test_the_default_program_leaves_its_modal_words() -> None:
     default = PartProgram("G91 F1200\nM30", "DefaultGCode1.def")
     run = Interpreter(PartProgram("X1\nX1\nM30"), default_program=default)
-    found = [each for each in run if isinstance(each, LineMove)]
-    assert [move.end[0] for move in found] == [1.0, 2.0]
-    assert found[0].velocity == 20.0
+    results = [each for each in run if isinstance(each, LineMove)]
+    assert [move.end[0] for move in results] == [1.0, 2.0]
+    assert results[0].velocity == 20.0
     for end in ("", "M17", "M02"):
         default = PartProgram(f"G91 F1200\n{end}")
         run = Interpreter(PartProgram("X1\nX1"), default_program=default)

@@ -41,18 +41,18 @@ LINES = st.one_of(
 def _all(text: str, data: MachineData, at_once: int) -> tuple[list[Canonical], str, object]:
     """Commands, the error, the modal words: with runs of lines, or without (0)."""
     interpreter = Interpreter(PartProgram(text, "part.nc"), data)
-    found: list[Canonical] = []
+    results: list[Canonical] = []
     error = ""
     try:
         while interpreter.blocks < 300:
             run = interpreter.lines(at_once) if at_once else None
             if run is not None:
                 assert 1 <= len(run) <= at_once
-                found.extend(run.moves())
+                results.extend(run.moves())
                 continue
             command = interpreter.advance(1)
             if command is not None:
-                found.append(command)
+                results.append(command)
             elif interpreter.state is RunState.DECODER_STOP:
                 interpreter.go_ahead()
             elif interpreter.state is not RunState.RUNNING:
@@ -61,7 +61,7 @@ def _all(text: str, data: MachineData, at_once: int) -> tuple[list[Canonical], s
         error = str(refused)
     path = interpreter.path
     end = path.axes, path.work, path.programmed, interpreter.origin, interpreter.blocks
-    return found, error, (end, interpreter.modal)
+    return results, error, (end, interpreter.modal)
 
 
 @given(st.lists(LINES, min_size=1, max_size=30), st.integers(1, 20), st.booleans())
@@ -71,9 +71,9 @@ def test_runs_are_the_moves_that_single_blocks_make(
     text = "\n".join(["G1 F600", *lines])
 
     def data() -> MachineData:
-        made = with_tool() if tool else MachineData()
-        made.skip_mask = 2
-        return made
+        result = with_tool() if tool else MachineData()
+        result.skip_mask = 2
+        return result
 
     alone = _all(text, data(), 0)
     together = _all(text, data(), at_once)

@@ -63,9 +63,9 @@ def test_velocities_are_mm_per_second() -> None:
 
 
 def test_auxiliary_axes_go_along() -> None:
-    found = moves("X10 Q1=5 F600\nQ2=3\nG91 Q1=1 X1")
-    assert [move.auxiliary[:2] for move in found] == [(5.0, 0.0), (5.0, 3.0), (6.0, 3.0)]
-    assert found[1].length == 0.0
+    result = moves("X10 Q1=5 F600\nQ2=3\nG91 Q1=1 X1")
+    assert [move.auxiliary[:2] for move in result] == [(5.0, 0.0), (5.0, 3.0), (6.0, 3.0)]
+    assert result[1].length == 0.0
 
 
 @pytest.mark.parametrize(
@@ -91,9 +91,9 @@ def test_a_circle_through_three_points() -> None:
 
 
 def test_exact_stop_and_delete_distance() -> None:
-    found = moves("F600 G09 X1\nX2\nG60 X3\nX4 DelDTG\nG08 X5")
-    assert [move.exact_stop for move in found] == [True, False, True, True, False]
-    assert [move.delete_distance for move in found] == [False, False, False, True, False]
+    result = moves("F600 G09 X1\nX2\nG60 X3\nX4 DelDTG\nG08 X5")
+    assert [move.exact_stop for move in result] == [True, False, True, True, False]
+    assert [move.delete_distance for move in result] == [False, False, False, True, False]
 
 
 def test_a_block_without_axes_makes_no_move() -> None:
@@ -138,7 +138,7 @@ def test_the_short_way_of_bare_lines_gives_the_same(shapes: list[str], draw: Ran
     text = "F600\n" + "\n".join(
         shape.format(*(round(draw.uniform(1, 99), 3) for _ in range(3))) for shape in shapes
     )
-    found = []
+    results = []
     for quick in (True, False):
         data = with_tool(length=7.0)
         data.shifts[ZeroShift.G54_FINE, 1] = 3.0
@@ -149,8 +149,8 @@ def test_the_short_way_of_bare_lines_gives_the_same(shapes: list[str], draw: Ran
             lines += [each for each in run if isinstance(each, LineMove)]
             if run.state is RunState.SINGLE_STOP:
                 run.go_ahead()
-        found.append(lines)
-    assert found[0] == found[1]
+        results.append(lines)
+    assert results[0] == results[1]
 
 
 def test_a_shift_that_a_client_changes_counts_at_once() -> None:

@@ -21,12 +21,12 @@ M30"""
 def run(search: BlockSearch, text: str = TEXT) -> tuple[Interpreter, list[object]]:
     interpreter = Interpreter(PartProgram(text, "part.nc"), MachineData())
     interpreter.search(search)
-    found: list[object] = list(interpreter)
-    return interpreter, found
+    results: list[object] = list(interpreter)
+    return interpreter, results
 
 
 @pytest.mark.parametrize(
-    ("dry_run", "kept"),
+    ("dry_run", "stored"),
     [
         (DryRun.SKIP_ALL, []),
         (DryRun.SKIP_MOTION, [MFunction, DwellTime]),
@@ -34,9 +34,9 @@ def run(search: BlockSearch, text: str = TEXT) -> tuple[Interpreter, list[object
         (DryRun.DISABLED, [MFunction, LineMove, DwellTime]),
     ],
 )
-def test_what_runs_on_the_way(dry_run: DryRun, kept: list[type]) -> None:
-    interpreter, found = run(BlockSearch(SearchMode.BLOCK_NUMBER, 40, dry_run))
-    assert [type(each) for each in found] == kept
+def test_what_runs_on_the_way(dry_run: DryRun, stored: list[type]) -> None:
+    interpreter, result = run(BlockSearch(SearchMode.BLOCK_NUMBER, 40, dry_run))
+    assert [type(each) for each in result] == stored
     assert interpreter.state is RunState.FOUND
     assert interpreter.data.registers[1] == 1.0
     assert interpreter.search_result is not None

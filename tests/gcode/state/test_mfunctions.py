@@ -21,15 +21,15 @@ RULES = {
 
 
 def order(block: str) -> list[str]:
-    found = []
+    results = []
     for command in commands(f"F600\n{block}", MachineData(m_rules=RULES)):
         if isinstance(command, MFunction):
-            found.append(f"M{command.number}")
+            results.append(f"M{command.number}")
         elif isinstance(command, FastMReset):
-            found.append(f"reset {command.numbers}")
+            results.append(f"reset {command.numbers}")
         elif isinstance(command, LineMove):
-            found.append("move")
-    return found
+            results.append("move")
+    return results
 
 
 @pytest.mark.parametrize(
@@ -51,8 +51,8 @@ def test_before_and_after_the_move(block: str, expected: list[str]) -> None:
 
 
 def test_commands_carry_their_rule() -> None:
-    found = commands("M40\nM9\nM7\nM30", MachineData(m_rules=RULES))
-    handshake, clearing, fast, _, end = found
+    result = commands("M40\nM9\nM7\nM30", MachineData(m_rules=RULES))
+    handshake, clearing, fast, _, end = result
     assert isinstance(handshake, MFunction)
     assert handshake.handshake is BEFORE
     assert isinstance(clearing, MFunction)

@@ -75,9 +75,9 @@ def test_tool_length_is_along_the_infeed_axis() -> None:
 
 
 def test_units() -> None:
-    found = moves("G70 X1 F60\nG700 X2\nG71 X3\nG710 X4\nG70 G2 X1 I-0.5 J0")
-    assert [round(move.end[0], 6) for move in found] == [25.4, 50.8, 3.0, 4.0, 25.4]
-    assert [move.velocity for move in found] == [1.0, 25.4, 1.0, 1.0, 1.0]
+    result = moves("G70 X1 F60\nG700 X2\nG71 X3\nG710 X4\nG70 G2 X1 I-0.5 J0")
+    assert [round(move.end[0], 6) for move in result] == [25.4, 50.8, 3.0, 4.0, 25.4]
+    assert [move.velocity for move in result] == [1.0, 25.4, 1.0, 1.0, 1.0]
 
 
 @pytest.mark.parametrize(
@@ -87,6 +87,6 @@ def test_units() -> None:
 def test_linear_feed_begins_with_the_last_one(
     mode: str, expected: list[tuple[float, float]]
 ) -> None:
-    found = moves(f"{mode} X1 F600\nX2 F1200")
-    assert [(move.start_velocity, move.velocity) for move in found] == expected
-    assert all(isinstance(move, LineMove) for move in found)
+    result = moves(f"{mode} X1 F600\nX2 F1200")
+    assert [(move.start_velocity, move.velocity) for move in result] == expected
+    assert all(isinstance(move, LineMove) for move in result)

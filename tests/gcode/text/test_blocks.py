@@ -61,12 +61,12 @@ def test_assignments_and_values_by_r_parameters() -> None:
         (1, 7.0),
         (5, 2.5),
     ]
-    found = {
+    results = {
         name: value.evaluate(registers)
         for name, value in block.values.items()
         if isinstance(value, Arithmetical)
     }
-    assert found == {"X": 8.0, "Y": 4.0}
+    assert results == {"X": 8.0, "Y": 4.0}
 
 
 def test_at_commands_keep_their_signs() -> None:

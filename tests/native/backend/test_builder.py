@@ -271,8 +271,8 @@ def test_what_does_not_fit_is_refused() -> None:
 def test_an_opening_comes_first_and_knows_what_the_body_needs(load: Any) -> None:
     module = ModuleBuilder()
     body = module.function("run", [I64], [I64], exported=True)
-    (given,) = body.parameters
-    body.return_(body.add(given, Operand(I64, "%late")))
+    (values,) = body.parameters
+    body.return_(body.add(values, Operand(I64, "%late")))
     with body.opening():
         assert body.named("late", body.constant(I64, 40)).text == "%late"
     assert load(module).function("run")(2) == 42
@@ -281,10 +281,10 @@ def test_an_opening_comes_first_and_knows_what_the_body_needs(load: Any) -> None
 def test_a_handler_gets_the_fault_and_the_trail_of_places(load: Any) -> None:
     """A fault two calls down: the places it came through, innermost first."""
     module = ModuleBuilder()
-    told = module.callback("told", [], [I64])
+    message = module.callback("told", [], [I64])
     inner = module.function("inner", [I64], [I64], faults=True)
-    (given,) = inner.parameters
-    inner.require(inner.convert(given, BOOL), 7, given)
+    (values,) = inner.parameters
+    inner.require(inner.convert(values, BOOL), 7, values)
     inner.return_(*inner.parameters)
     middle = module.function("middle", [I64], [I64], faults=True)
     middle.place = lambda: 11
@@ -297,7 +297,7 @@ def test_a_handler_gets_the_fault_and_the_trail_of_places(load: Any) -> None:
             outer.return_(*outer.call(middle.function, *outer.parameters))
         outer.begin(handler)
         assert outer.handler is None
-        outer.return_(*outer.call(told))
+        outer.return_(*outer.call(message))
     seen: list[Any] = []
 
     def told_() -> int:

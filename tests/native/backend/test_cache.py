@@ -27,18 +27,18 @@ def test_the_cache_stays_small_and_keeps_what_is_used(
     monkeypatch.setenv("ACHSE_CACHE_DIR", str(tmp_path / "cache"))
     monkeypatch.setattr("achse.native.backend.cache._LARGEST", 3000)
     folder = cache_directory()
-    made = [ObjectCache("old", str(number)) for number in range(3)]
-    for age, one in zip((300, 200, 100), made, strict=True):
+    results = [ObjectCache("old", str(number)) for number in range(3)]
+    for age, one in zip((300, 200, 100), results, strict=True):
         one.save(bytes(900))
         os.utime(one.path, (time.time() - age,) * 2)
     own, abandoned, fresh = folder / "mine.txt", folder / "a.part", folder / "b.part"
     for path in (own, abandoned, fresh):
         path.write_bytes(bytes(5000))
         os.utime(path, (1, 1) if path is not fresh else None)
-    assert made[0].load() == bytes(900)
+    assert results[0].load() == bytes(900)
     ObjectCache("new", "1").save(bytes(900))
-    assert made[0].load() is not None, "it was used"
-    assert made[1].load() is None
+    assert results[0].load() is not None, "it was used"
+    assert results[1].load() is None
     assert own.exists(), "it is not ours"
     assert fresh.exists(), "somebody writes it"
     assert not abandoned.exists()
@@ -160,10 +160,10 @@ def test_a_folder_that_may_not_be_entered_does_not_matter(
     saved.save(b"code")
 
     def refusing(method: Callable[..., Any]) -> Callable[..., Any]:
-        def call(path: Path, *given: Any, **named: Any) -> Any:
+        def call(path: Path, *values: Any, **named: Any) -> Any:
             if path.is_relative_to(saved.path.parent):
                 raise PermissionError(13, "Permission denied")
-            return method(path, *given, **named)
+            return method(path, *values, **named)
 
         return call
 

@@ -163,17 +163,17 @@ def test_machine_code_is_unloaded_after_the_last_that_refers_to_it() -> None:
         module_loaded = weakref.ref(code._loaded)
         return module_loaded, weakref.ref(host), code.plain_function("both"), code.words("kept")
 
-    module_loaded, host, both, kept = loaded()
+    module_loaded, host, both, stored = loaded()
     gc.collect()
-    kept[1] = 5
+    stored[1] = 5
     assert both(4) == 13
     assert module_loaded() is not None
     del both
     gc.collect()
     assert module_loaded() is not None
     assert host() is not None, "a callback can be called as long as there is code"
-    kept[1] = 6
-    del kept
+    stored[1] = 6
+    del stored
     gc.collect()
     assert (module_loaded(), host()) == (None, None)
 

@@ -22,14 +22,14 @@ TWO = ("atan2", "fmod", "pow")
 def everything() -> ModuleBuilder:
     """Return a module with all that object files have: calls in it and outside, data, words."""
     module = ModuleBuilder()
-    asked = module.callback("asked", [I64], [I64])
+    requested = module.callback("asked", [I64], [I64])
     words = module.words("kept", 3)
     content = module.data(bytes(range(16)))
     for name in MATH:
         body = module.function(name, [F64] * (1 + (name in TWO)), [F64], exported=True)
         body.return_(body.math(name, *body.parameters))
     inner = module.function("inner", [I64], [I64], faults=True)
-    (answer,) = inner.call(asked, *inner.parameters)
+    (answer,) = inner.call(requested, *inner.parameters)
     inner.return_(inner.add(answer, inner.load(I64, content, 8)))
     body = module.function("outer", [I64], [I64], exported=True, faults=True)
     (answer,) = body.call(inner.function, *body.parameters)
@@ -58,8 +58,8 @@ def loaded(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> N
 def test_both_ways_of_loading_do_the_same(effort: Effort) -> None:
     module = everything()
     content = compile_module(module, effort)
-    asked: dict[str, Callable[..., Any]] = {"asked": lambda number: 3 * number}
-    first, second = (MachineCode(content, module.interface, asked) for _ in range(2))
+    requests: dict[str, Callable[..., Any]] = {"asked": lambda number: 3 * number}
+    first, second = (MachineCode(content, module.interface, requests) for _ in range(2))
     for name in MATH:
         arguments = (1.5, 0.75) if name in TWO else (1.75 if name == "acosh" else 0.75,)
         assert first.function(name)(*arguments) == getattr(math, name)(*arguments)

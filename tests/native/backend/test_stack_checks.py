@@ -117,8 +117,8 @@ def _body(
     if callback is not None:
         (below,) = body.call(callback, below)
     rest = [_zero(body, type) for type in after.signature.parameters[1:]]
-    found, *_ = body.call(after, below, *rest)
-    total = body.add(found, three)
+    result, *_ = body.call(after, below, *rest)
+    total = body.add(result, three)
     for value in values:
         total = body.bit_xor(total, value)
     for value in reversed(values):

@@ -33,8 +33,8 @@ def pointer() -> Callable[[], int]:
     body = module.function("here", [], [U64], exported=True)
     body.return_(body.stack_pointer())
     content = compile_module(module, Effort.FAST)
-    found: Callable[[], int] = MachineCode(content, module.interface).function("here")
-    return found
+    result: Callable[[], int] = MachineCode(content, module.interface).function("here")
+    return result
 
 
 def test_bounds_hold_the_stack_pointer_of_the_main_thread() -> None:

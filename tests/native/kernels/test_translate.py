@@ -93,8 +93,8 @@ def _ways(a: float, either: bool) -> float:
 
 def test_a_way_that_is_written_in_the_call_has_a_copy_of_its_own() -> None:
     assembly = translate(_function(_ways), {}).assembly()
-    made = re.findall(r"^define .*_gear([^\"]*)\"", assembly, re.M)
-    assert sorted(made) == ["", ".halved", ".not_halved"]
+    result = re.findall(r"^define .*_gear([^\"]*)\"", assembly, re.M)
+    assert sorted(result) == ["", ".halved", ".not_halved"]
 
 
 @pytest.mark.parametrize("either", [False, True])
@@ -117,6 +117,6 @@ def _several(a: float) -> float:
 
 def test_a_way_is_handed_on_unless_it_changes(compiled: Any) -> None:
     assembly = translate(_function(_several), {}).assembly()
-    made = re.findall(r"^define .*_gear([^\"]*)\"", assembly, re.M)
-    assert sorted(made) == ["", ".halved"]
+    result = re.findall(r"^define .*_gear([^\"]*)\"", assembly, re.M)
+    assert sorted(result) == ["", ".halved"]
     assert compiled(_several)(3.0) == _several(3.0)

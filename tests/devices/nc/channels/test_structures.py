@@ -60,6 +60,6 @@ def test_an_emergency_stop_and_a_way_back_are_bits_of_the_state() -> None:
 def test_what_a_plc_gives_keeps_to_its_range() -> None:
     for layout in (PLC_TO_CHANNEL_TC3, PLC_TO_CHANNEL_TC2):
         data = struct.pack("<HHHHII", 6, 1, 1, 0, 3_000_000, 7).ljust(layout.size, b"\0")
-        given = layout.decode(data)
-        assert (given.skip_mask, given.operation_mode, given.granted) == (6, 1, 1)
-        assert (given.in_range.override, given.in_range.spindle_override) == (1_000_000, 7)
+        decoded = layout.decode(data)
+        assert (decoded.skip_mask, decoded.operation_mode, decoded.granted) == (6, 1, 1)
+        assert (decoded.in_range.override, decoded.in_range.spindle_override) == (1_000_000, 7)

@@ -7,7 +7,7 @@ import pytest
 
 F = 0x4201
 FORMS = pytest.mark.parametrize(
-    ("asked", "answered"), [("<I6d", "<I6dI"), ("<I4x6d", "<I4x6dI4x")], ids=["TC2", "TC3"]
+    ("requested", "answered"), [("<I6d", "<I6dI"), ("<I4x6d", "<I4x6dI4x")], ids=["TC2", "TC3"]
 )
 ENOUGH = (1, 400.0, 200.0, 50.0, 100.0, 10.0, 200.0)
 TOO_SHORT = (1, 400.0, 200.0, 50.0, 100.0, 10.0, 20.0)
@@ -21,8 +21,8 @@ def moving(bench: Any) -> Any:
 
 
 @FORMS
-def test_start(moving: Any, asked: str, answered: str) -> None:
-    moving.put(F, 0x30, asked, *ENOUGH)
+def test_start(moving: Any, requested: str, answered: str) -> None:
+    moving.put(F, 0x30, requested, *ENOUGH)
     assert moving.get(0x4301, 0x81, "<I") >> 13 & 1 == 0
     moving.run(0.002)
     assert moving.get(0x4301, 0x81, "<I") >> 13 & 1
@@ -32,17 +32,17 @@ def test_start(moving: Any, asked: str, answered: str) -> None:
 
 @FORMS
 def test_the_warning_is_the_result_of_a_write(
-    moving: Any, refused: Any, asked: str, answered: str
+    moving: Any, refused: Any, requested: str, answered: str
 ) -> None:
     with refused(0x4243):
-        moving.put(F, 0x30, asked, *TOO_SHORT)
+        moving.put(F, 0x30, requested, *TOO_SHORT)
     assert moving.axis.compensating == 1
     with refused(0x4245):
-        moving.put(F, 0x30, asked, *TOO_SHORT)
+        moving.put(F, 0x30, requested, *TOO_SHORT)
 
 
 @FORMS
-def test_the_answer_is_what_is_carried_out(moving: Any, asked: str, answered: str) -> None:
+def test_the_answer_is_what_is_carried_out(moving: Any, requested: str, answered: str) -> None:
     size = struct.calcsize(answered)
     data = moving.exchange(F, 0x30, size, struct.pack(answered, *TOO_SHORT, 0))
     done = struct.unpack(answered, data)
@@ -57,10 +57,10 @@ def test_the_answer_is_what_is_carried_out(moving: Any, asked: str, answered: st
 
 
 @FORMS
-def test_stop(moving: Any, refused: Any, asked: str, answered: str) -> None:
+def test_stop(moving: Any, refused: Any, requested: str, answered: str) -> None:
     with refused(0x4246):
         moving.write(F, 0x31)
-    moving.put(F, 0x30, asked, *ENOUGH)
+    moving.put(F, 0x30, requested, *ENOUGH)
     moving.run(0.5)
     moving.write(F, 0x31)
     with refused(0x4258):

@@ -14,8 +14,8 @@ def test_every_group_has_its_id(groups: Any) -> None:
     assert [finder.find(id).group_id for id in finder.ids()] == finder.ids()
     with pytest.raises(DeviceError, match="id 5"):
         finder.find(5)
-    found = groups.read(0x1100, 0x32, 1020)
-    assert [int.from_bytes(found[n : n + 4], "little") for n in range(0, len(found), 4)] == (
+    data = groups.read(0x1100, 0x32, 1020)
+    assert [int.from_bytes(data[n : n + 4], "little") for n in range(0, len(data), 4)] == (
         finder.ids()
     )
 

@@ -15,8 +15,8 @@ def assign(bench: Any, mcs: tuple[int, ...], acs: tuple[int, ...], mode: int = 0
 
 def transform(bench: Any, offset: int, *values: float) -> tuple[float, ...]:
     request = struct.pack("<8d2I", *values, *(0.0,) * (8 - len(values)), 0, 0)
-    found: tuple[float, ...] = struct.unpack("<8d2I", bench.exchange(P, offset, 72, request))
-    return found
+    result: tuple[float, ...] = struct.unpack("<8d2I", bench.exchange(P, offset, 72, request))
+    return result
 
 
 def test_transformations_need_no_motion(groups: Any, refused: Any) -> None:

@@ -98,12 +98,12 @@ FACTS = {
 
 def of_the_manual() -> list[tuple[int, int, str, str]]:
     """Group, offset, access and name of each row of tables."""
-    found = []
+    results = []
     for line in SERVICES.read_text(encoding="utf-8").splitlines():
         kind, _, group, offset, access, name = line.split("\t")[:6]
         if kind == "table":
-            found.append((int(group, 16), int(offset, 16), access, name))
-    return found
+            results.append((int(group, 16), int(offset, 16), access, name))
+    return results
 
 
 ROWS = of_the_manual()
@@ -125,11 +125,11 @@ def tables(bench: Any) -> Any:
 
 def states(bench: Any) -> list[object]:
     """All that tables are."""
-    found: list[object] = []
+    results: list[object] = []
     for table in bench.nc.tables:
         facts = table.table_id, bytes(table.values), bytes(table.motion), table.scaling
-        found.append((*facts, table.online, table.nominal_velocity, table.last_written))
-    return found
+        results.append((*facts, table.online, table.nominal_velocity, table.last_written))
+    return results
 
 
 def ask(bench: Any, access: str, group: int, offset: int, row: Row, data: bytes) -> None:

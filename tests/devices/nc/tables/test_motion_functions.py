@@ -31,8 +31,8 @@ def stroke(bench: Any) -> Any:
     return bench
 
 
-def values(bench: Any, offset: int, size: int, *asked: float) -> tuple[float, ...]:
-    data = bench.exchange(P, offset, size, struct.pack(f"<{len(asked)}d", *asked))
+def values(bench: Any, offset: int, size: int, *requested: float) -> tuple[float, ...]:
+    data = bench.exchange(P, offset, size, struct.pack(f"<{len(requested)}d", *requested))
     return struct.unpack(f"<{len(data) // 8}d", data)
 
 
@@ -124,10 +124,10 @@ def test_characteristic_values_at_a_master_velocity(bench: Any) -> None:
     bench.put(F, 0x10010, "<III", LINEAR, 2, 1)
     bench.write(P, POINTS, point(1, POLYNOMIAL_5, 0.0, 0.0) + point(2, 0, 180.0, 100.0))
     data = bench.exchange(P, 0x50, 512, struct.pack("<d504x", 720.0))
-    found = struct.unpack_from("<31d", data)
-    assert found[23] == pytest.approx(750.0)
-    assert found[25] == pytest.approx(9237.604307034)
-    assert found[27] == pytest.approx(384000.0)
+    result = struct.unpack_from("<31d", data)
+    assert result[23] == pytest.approx(750.0)
+    assert result[25] == pytest.approx(9237.604307034)
+    assert result[27] == pytest.approx(384000.0)
     assert struct.unpack_from("<3I2H", data, 376) == (7, 2, 1, 22, 0)
 
 
@@ -147,8 +147,8 @@ def test_master_positions_of_a_slave_position(bench: Any) -> None:
 
 
 def test_a_cyclic_search_goes_both_ways(stroke: Any) -> None:
-    found = search(stroke, 50.0, 180.0)
-    assert found[:4] == pytest.approx((1, 1, 90.0, 270.0))
+    match = search(stroke, 50.0, 180.0)
+    assert match[:4] == pytest.approx((1, 1, 90.0, 270.0))
     assert search(stroke, 50.0, 10.0)[:4] == pytest.approx((1, 1, -90.0, 90.0))
 
 

@@ -24,8 +24,8 @@ def test_a_place_without_table_says_so_by_its_code() -> None:
     with pytest.raises(DeviceError) as caught:
         _ = place.table
     assert caught.value.code == NcError.TABLE_ID.number
-    made = tables.create(7, TableType.CAMMING, 3, 2, 2)
-    assert place.table is made
+    result = tables.create(7, TableType.CAMMING, 3, 2, 2)
+    assert place.table is result
     assert place.user_count == 0
 
 

@@ -268,8 +268,8 @@ def test_the_master_is_searched(bench: Any, refused: Any) -> None:
     cam(bench, 4, 0.0, 0.0, 135.0, 80.0, 180.0, 100.0, 225.0, 80.0, 360.0, 0.0)
 
     def search(slave: float, start: float, *more: float) -> tuple[float, ...]:
-        given = doubles(slave, start, *(more or (0.0, 1.0, 0.0, 1.0)), 1e-3, *[0.0] * 5)
-        return struct.unpack("<2I6d40x", bench.exchange(P + 7, 0x24, 96, given))
+        values = doubles(slave, start, *(more or (0.0, 1.0, 0.0, 1.0)), 1e-3, *[0.0] * 5)
+        return struct.unpack("<2I6d40x", bench.exchange(P + 7, 0x24, 96, values))
 
     assert search(80.0, 180.0)[:6] == (1, 1, 135.0, 225.0, 135.0, 225.0)
     assert search(80.0, 90.0)[:6] == (1, 1, -135.0, 135.0, 225.0, 135.0)
