@@ -30,7 +30,7 @@ def write_folder(folder: Path, count: int) -> None:
     write_project(line, count)
     for file in (DATA / "press" / "POUs").iterdir():
         shutil.copy(file, line)
-    shutil.copytree(DATA / "standin", folder / "TcUnit")
+    shutil.copytree(DATA / "tcunit_stub", folder / "TcUnit")
     (folder / "station.toml").write_text(
         STATION + '[[plc.task]]\nname = "PlcTask"\nprograms = ["PRG_TEST"]\n'
     )

@@ -375,9 +375,9 @@ def everywhere(folder: Path) -> Path:
     return folder
 
 
-STAND_INS = {
+STUBS = {
     "docs/how-to/test-your-plc-code.md": {
-        "TcUnit": Path(__file__).parents[1] / "data" / "unit_tests" / "standin"
+        "TcUnit": Path(__file__).parents[1] / "data" / "unit_tests" / "tcunit_stub"
     }
 }
 """Folders that a reader of a page has, and what is in their place here: other people's sources."""
@@ -405,8 +405,8 @@ def read_page(
     def read(name: str, text: str) -> None:
         folder = tmp_path / "page"
         folder.mkdir(exist_ok=True)
-        for source, stand_in in STAND_INS.get(name, {}).items():
-            shutil.copytree(stand_in, folder / source)
+        for source, stub in STUBS.get(name, {}).items():
+            shutil.copytree(stub, folder / source)
         tools = prewarmed
         if name in REAL:
             tools = tmp_path / "tools"

@@ -24,8 +24,8 @@ OURS = {
     "st/files/reading.py": "which text of a file counts is our choice",
     "st/lexis/collection.py": "when Python searches for garbage is our choice",
     "st/syntax/cursor.py": "a parser's own tool",
-    "st/files/facts.py": "what a project declares, looked up",
-    "st/declared/given.py": "puts together what others declare",
+    "st/files/defines.py": "what a project declares, looked up",
+    "st/declared/predefined.py": "puts together what others declare",
     "st/explanations/explanation.py": "how findings are explained is our choice",
     "st/graphical/body.py": "when a drawn body is read is our choice",
     "st/graphical/lowering.py": "calls the lowering of each language",
@@ -40,7 +40,7 @@ OURS = {
     "st/declared/records.py": "makes the types of achse.iec",
     "st/declared/resolve.py": "makes the types of achse.iec",
     "st/lexis/source.py": "how faults are shown is our choice",
-    "st/declared/starts.py": "when initial values are worked out is our choice",
+    "st/declared/start_values.py": "when initial values are worked out is our choice",
     "st/lexis/xml.py": "a reader of XML",
 }
 """Modules without a source, and why."""

@@ -41,7 +41,7 @@ _FAULTS = Path(__file__).with_name("own_faults.tsv")
 """Repository, project and fault of projects that cannot build or run anywhere, by our reading."""
 _SOURCES = (".tcpou", ".st")
 _SLICES = 20
-_STAND_INS = "with stand-ins for"
+_WITH_STUBS = "with stubs for"
 _OWN_FAULT = "own fault: "
 """Begins the reason of a project that cannot build or run anywhere."""
 _RESOLUTION = re.compile(r"<(?:Default)?Resolution>([^<,]*),\s*([^<,( ]*)")
@@ -116,11 +116,13 @@ def try_project(
         return outcome
     tasks = [Task(task.name) for task in found.tasks] or [Task()]
     system = system_info_list(tasks, app_name="", project_name="", port=851, timestamp=0)
-    typed = check(found.declarations, given=[system], reach=found.reach, unreached=found.unreached)
+    typed = check(
+        found.declarations, predefined=[system], reach=found.reach, unreached=found.unreached
+    )
     faults = list(dict.fromkeys([*(error.faults if error else ()), *typed.faults]))
     outcome.units, outcome.errors = len(found.sources), len(faults)
     outcome.missing = [item.reference.title for item in found.missing if item.uses]
-    if found.stand_ins and not outcome.missing:  # a use does not show which of them it means
+    if found.stubs and not outcome.missing:  # a use does not show which of them it means
         outcome.missing = [item.reference.title for item in found.missing]
     if faults:
         outcome.reason = _first_line(str(min(faults, key=lambda fault: fault.location)))
@@ -226,7 +228,7 @@ def row_of(item: Outcome) -> str:
     if item.errors and item.missing:
         reason = f"needs {', '.join(item.missing)}; {reason}"
     elif item.missing and not reason:
-        reason = f"{_STAND_INS} {', '.join(item.missing)}"
+        reason = f"{_WITH_STUBS} {', '.join(item.missing)}"
     if not item.ran and (fault := own_fault(item.repository, item.project)):
         reason = f"{_OWN_FAULT}{fault}"
     return (
@@ -240,7 +242,7 @@ def page_of(rows: Rows) -> str:
     cells = [line.split(" | ") for line in rows.values()]
     load = sum(row[4] == "yes" for row in cells)
     all_cycles = [row for row in cells if row[4] == "yes" and int(row[5]) >= CYCLES]
-    stood_in = sum(row[6].startswith(_STAND_INS) for row in all_cycles)
+    with_stubs = sum(row[6].startswith(_WITH_STUBS) for row in all_cycles)
     faulty = sum(row[6].startswith(_OWN_FAULT) for row in cells)
     lines = [
         "# Public PLC projects",
@@ -259,7 +261,7 @@ def page_of(rows: Rows) -> str:
         "",
         f"{len(rows)} projects: {load} load, {len(all_cycles)} of them run 1,000 cycles"
         f" ({_percent(len(all_cycles), len(rows))} %),"
-        f" {stood_in} of these with stand-ins for libraries that are not here. {faulty} others have"
+        f" {with_stubs} of these with stubs for libraries that are not here. {faulty} others have"
         f" a fault of their own and build or run nowhere: of the {len(rows) - faulty} without one,"
         f" {_percent(len(all_cycles), len(rows) - faulty)} % run.",
         "",

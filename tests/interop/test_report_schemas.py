@@ -76,5 +76,5 @@ def test_junit_of_a_check_follows_its_schema(schemas: Path, project: Path) -> No
 
 def test_junit_of_tests_follows_its_schema(schemas: Path, tmp_path: Path) -> None:
     file = tmp_path / "report.xml"
-    _report("test", TESTS / "press", "--library", TESTS / "standin", "--junit", file)
+    _report("test", TESTS / "press", "--library", TESTS / "tcunit_stub", "--junit", file)
     assert _check_junit(schemas, file.read_bytes()) == 30

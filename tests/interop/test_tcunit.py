@@ -1,4 +1,4 @@
-"""TcUnit's own sources, unmodified, give the results that the stand-in for it gives.
+"""TcUnit's own sources, unmodified, give the results that the stub for it gives.
 
 TcUnit is in no package registry: where ACHSE_TCUNIT names its sources this runs.
 """
@@ -31,8 +31,8 @@ def test_thirty_tests_ten_fail(run: TestRun) -> None:
     assert not run.problem
 
 
-def test_names_messages_and_places_are_those_of_the_stand_in(run: TestRun) -> None:
-    expected = list(run_tests(DATA / "press", libraries=[DATA / "standin"]))
+def test_names_messages_and_places_are_those_of_the_stub(run: TestRun) -> None:
+    expected = list(run_tests(DATA / "press", libraries=[DATA / "tcunit_stub"]))
     for test, other in zip(run, expected, strict=True):
         assert (test.suite, test.name, test.outcome) == (other.suite, other.name, other.outcome)
         assert test.place == other.place

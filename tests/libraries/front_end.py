@@ -43,7 +43,7 @@ class FrontEnd:
         self,
         declared: Declarations,
         *,
-        given: Iterable[type[StaticRecord]] = (),
+        predefined: Iterable[type[StaticRecord]] = (),
         check_bounds: bool = True,
         reach: Reach | None = None,
         unreached: Iterable[Diagnostic] = (),
@@ -53,7 +53,7 @@ class FrontEnd:
         assert check_bounds
         assert not list(unreached)
         if self._typed is None:
-            self._typed = check(declared, given=given)
+            self._typed = check(declared, predefined=predefined)
         return self._typed
 
     @contextmanager

@@ -1,5 +1,5 @@
 """Tc2_NcDrive, Tc2_MC2_Drive and references to drives: a virtual drive by CoE, a SERCOS drive by a
-stand-in."""
+stub."""
 
 import struct
 from pathlib import Path

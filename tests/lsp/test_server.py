@@ -89,7 +89,7 @@ def test_any_incremental_edits_have_the_findings_of_a_cold_check(
         cold = cold_findings(
             project_folder,
             {project_folder / name: text},
-            given=_runtime(client),
+            predefined=_runtime(client),
         )
         shown = {
             (note["params"]["uri"], one["message"].removeprefix("not reached: "))

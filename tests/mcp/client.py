@@ -91,7 +91,7 @@ def in_session(folder: Path, script: Callable[[Agent], Awaitable[None]], **optio
 def write_folder(folder: Path) -> Path:
     """Write a project with tests (station.toml) and a machine with an axis (machine.toml)."""
     shutil.copytree(DATA / "press", folder / "press")
-    shutil.copytree(DATA / "standin", folder / "TcUnit")
+    shutil.copytree(DATA / "tcunit_stub", folder / "TcUnit")
     (folder / "station.toml").write_text(STATION)
     (folder / "machine.toml").write_text(MACHINE)
     (folder / "machine.st").write_text(MACHINE_CODE)

@@ -13,5 +13,5 @@ def press() -> Path:
 
 
 @pytest.fixture
-def standin() -> Path:
-    return DATA / "standin"
+def tcunit_stub() -> Path:
+    return DATA / "tcunit_stub"

@@ -10,8 +10,8 @@ from achse.tcunit.bench import ProjectError, TestBench
 
 
 @pytest.fixture
-def bench(press: Path, standin: Path) -> TestBench:
-    return TestBench.of(press, [standin])
+def bench(press: Path, tcunit_stub: Path) -> TestBench:
+    return TestBench.of(press, [tcunit_stub])
 
 
 def test_suites_by_number_and_address(bench: TestBench) -> None:

@@ -16,13 +16,15 @@ def project(tmp_path: Path) -> Path:
     return folder
 
 
-def test_a_library_that_is_named(project: Path, standin: Path) -> None:
-    assert find_tcunit(project, [project, standin], {}) == standin
-    assert find_tcunit(project / "main.st", [standin / "suite.st"], {}) == standin / "suite.st"
+def test_a_library_that_is_named(project: Path, tcunit_stub: Path) -> None:
+    assert find_tcunit(project, [project, tcunit_stub], {}) == tcunit_stub
+    assert (
+        find_tcunit(project / "main.st", [tcunit_stub / "suite.st"], {}) == tcunit_stub / "suite.st"
+    )
 
 
-def test_the_environment_variable(project: Path, standin: Path) -> None:
-    assert find_tcunit(project, environ={VARIABLE: str(standin)}) == standin
+def test_the_environment_variable(project: Path, tcunit_stub: Path) -> None:
+    assert find_tcunit(project, environ={VARIABLE: str(tcunit_stub)}) == tcunit_stub
     with pytest.raises(TcUnitMissing, match=f"{VARIABLE}=.*has no function block FB_TestSuite"):
         find_tcunit(project, environ={VARIABLE: str(project)})
     with pytest.raises(TcUnitMissing, match="nowhere"):
@@ -30,18 +32,20 @@ def test_the_environment_variable(project: Path, standin: Path) -> None:
 
 
 @pytest.mark.parametrize("home", ["TcUnit", "lib", "../_Libraries", "../libraries/tcunit"])
-def test_a_folder_beside_the_project(project: Path, standin: Path, home: str) -> None:
+def test_a_folder_beside_the_project(project: Path, tcunit_stub: Path, home: str) -> None:
     target = (project.parent / home).resolve()
-    shutil.copytree(standin, target)
+    shutil.copytree(tcunit_stub, target)
     found = find_tcunit(project, environ={})
     assert found is not None
     assert found.is_relative_to(project.parents[1])
     assert has_tcunit(found)
 
 
-def test_of_several_projects_in_a_folder_the_one_named_tcunit(project: Path, standin: Path) -> None:
+def test_of_several_projects_in_a_folder_the_one_named_tcunit(
+    project: Path, tcunit_stub: Path
+) -> None:
     home = project.parent / "lib"
-    shutil.copytree(standin, home / "TcUnit")
+    shutil.copytree(tcunit_stub, home / "TcUnit")
     for name in ("TcUnit", "Other"):
         (home / name).mkdir(exist_ok=True)
         (home / name / f"{name}.plcproj").write_text(
@@ -51,9 +55,9 @@ def test_of_several_projects_in_a_folder_the_one_named_tcunit(project: Path, sta
     assert find_tcunit(project, [home], {}) == home / "TcUnit" / "TcUnit.plcproj"
 
 
-def test_a_project_that_has_it_itself(project: Path, standin: Path) -> None:
-    assert find_tcunit(standin, environ={}) is None
-    shutil.copytree(standin, project / "lib")
+def test_a_project_that_has_it_itself(project: Path, tcunit_stub: Path) -> None:
+    assert find_tcunit(tcunit_stub, environ={}) is None
+    shutil.copytree(tcunit_stub, project / "lib")
     assert find_tcunit(project, environ={}) is None
 
 
@@ -64,8 +68,8 @@ def test_nowhere_says_what_to_get(project: Path) -> None:
         assert word in str(missing.value)
 
 
-def test_names_of_its_units(standin: Path) -> None:
-    names = units_of(standin)
+def test_names_of_its_units(tcunit_stub: Path) -> None:
+    names = units_of(tcunit_stub)
     assert {"fb_testsuite", "test", "test_finished", "run", "i_assertmessageformatter"} <= names
 
 

@@ -7,7 +7,7 @@ import pytest
 from achse.tcunit import run_tests
 
 
-def test_assertions_in_what_suites_share(tmp_path: Path, standin: Path) -> None:
+def test_assertions_in_what_suites_share(tmp_path: Path, tcunit_stub: Path) -> None:
     """The place is the innermost line that is not the library's: in a base, or a function."""
     source = tmp_path / "ours.st"
     source.write_text(
@@ -29,7 +29,7 @@ def test_assertions_in_what_suites_share(tmp_path: Path, standin: Path) -> None:
         "RUN();\n"
         "END_PROGRAM\n"
     )
-    run = run_tests(source, libraries=[standin])
+    run = run_tests(source, libraries=[tcunit_stub])
     assert [suite.name for suite in run.suites] == [
         "PRG_TEST.fbFirst",
         "PRG_TEST.aSecond[1]",
@@ -44,7 +44,7 @@ def test_assertions_in_what_suites_share(tmp_path: Path, standin: Path) -> None:
 
 
 def test_many_failures_of_one_test_are_bounded(
-    tmp_path: Path, standin: Path, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, tcunit_stub: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("achse.tcunit.observer._MOST_FAILURES", 5)
     source = tmp_path / "ours.st"
@@ -53,13 +53,13 @@ def test_many_failures_of_one_test_are_bounded(
         "AssertTrue(FALSE, 'each cycle');\nEND_FUNCTION_BLOCK\n"
         "PROGRAM PRG_TEST\nVAR fbOurs : FB_Ours; END_VAR\nRUN();\nEND_PROGRAM\n"
     )
-    (test,) = run_tests(source, libraries=[standin], limit=0.2)
+    (test,) = run_tests(source, libraries=[tcunit_stub], limit=0.2)
     assert len(test.failures) == 5
 
 
 @pytest.mark.parametrize("name", ["FB_TcUnitRunner", "FB_Test", "FB_AdsAssertMessageFormatter"])
 def test_suite_with_a_name_of_the_library_keeps_its_places(
-    tmp_path: Path, standin: Path, name: str
+    tmp_path: Path, tcunit_stub: Path, name: str
 ) -> None:
     source = tmp_path / "ours.st"
     source.write_text(
@@ -67,7 +67,7 @@ def test_suite_with_a_name_of_the_library_keeps_its_places(
         "AssertTrue(FALSE, 'no');\nTEST_FINISHED();\nEND_FUNCTION_BLOCK\n"
         f"PROGRAM MAIN VAR s : {name}; END_VAR\nTcUnit.RUN(); END_PROGRAM\n"
     )
-    (test,) = run_tests(source, libraries=[standin])
+    (test,) = run_tests(source, libraries=[tcunit_stub])
     assert [(each.message, each.place and each.place.line) for each in test.failures] == [("no", 3)]
     assert test.place is not None
     assert test.place.line == 2

@@ -45,8 +45,8 @@ def project(tmp_path: Path) -> Write:
     return write
 
 
-def test_thirty_tests_ten_fail(press: Path, standin: Path) -> None:
-    run = run_tests(press, libraries=[standin])
+def test_thirty_tests_ten_fail(press: Path, tcunit_stub: Path) -> None:
+    run = run_tests(press, libraries=[tcunit_stub])
     assert [suite.name for suite in run.suites] == [
         "PRG_TEST.fbNumbers",
         "PRG_TEST.fbTexts",
@@ -67,9 +67,9 @@ def test_thirty_tests_ten_fail(press: Path, standin: Path) -> None:
     assert not run.is_good
 
 
-def test_places_are_lines_of_the_files(press: Path, standin: Path) -> None:
+def test_places_are_lines_of_the_files(press: Path, tcunit_stub: Path) -> None:
     """Each place of a test has TEST with its name, each of a failure an assertion."""
-    for test in run_tests(press, libraries=[standin]):
+    for test in run_tests(press, libraries=[tcunit_stub]):
         assert test.place is not None
         lines = Path(test.place.path).read_text().splitlines()
         assert f"TEST('{test.name}')" in lines[test.place.line - 1]
@@ -80,12 +80,12 @@ def test_places_are_lines_of_the_files(press: Path, standin: Path) -> None:
             assert failure.message in lines[failure.place.line - 1]
 
 
-def test_suites_in_sequence_end(project: Write, standin: Path) -> None:
+def test_suites_in_sequence_end(project: Write, tcunit_stub: Path) -> None:
     """TcUnit's own flag that all suites have finished stays FALSE there."""
     passing = "TEST('one'); AssertTrue(TRUE, ''); TEST_FINISHED();"
     program = "fbFirst, fbSecond : FB_OurTests;"
     text = source(passing, program=program, run="RUN_IN_SEQUENCE();")
-    run = run_tests(project(text), libraries=[standin])
+    run = run_tests(project(text), libraries=[tcunit_stub])
     assert [(suite.name, len(suite.tests)) for suite in run.suites] == [
         ("PRG_TEST.fbFirst", 1),
         ("PRG_TEST.fbSecond", 1),
@@ -95,9 +95,9 @@ def test_suites_in_sequence_end(project: Write, standin: Path) -> None:
     assert 0.1 < run.duration < 1.0
 
 
-def test_a_project_without_failure_is_good(project: Write, standin: Path) -> None:
+def test_a_project_without_failure_is_good(project: Write, tcunit_stub: Path) -> None:
     path = project(source("TEST('adds');", "AssertTrue(1 + 1 = 2, 'sum');", "TEST_FINISHED();"))
-    run = run_tests(path, libraries=[standin])
+    run = run_tests(path, libraries=[tcunit_stub])
     assert run.is_good
     (test,) = run
     assert (test.assertions, test.outcome) == (1, TestOutcome.PASSED)
@@ -105,37 +105,37 @@ def test_a_project_without_failure_is_good(project: Write, standin: Path) -> Non
     assert test.place.line == 5
 
 
-def test_disabled_tests_are_skipped(project: Write, standin: Path) -> None:
+def test_disabled_tests_are_skipped(project: Write, tcunit_stub: Path) -> None:
     path = project(
         source("TEST('disabled_later');", "AssertTrue(FALSE, 'no');", "TEST_FINISHED();")
     )
-    run = run_tests(path, libraries=[standin])
+    run = run_tests(path, libraries=[tcunit_stub])
     assert run.is_good
     (test,) = run
     assert (test.name, test.outcome) == ("later", TestOutcome.SKIPPED)
     assert test.place is not None
 
 
-def test_tests_that_never_end(project: Write, standin: Path) -> None:
+def test_tests_that_never_end(project: Write, tcunit_stub: Path) -> None:
     path = project(
         source(
             *("TEST('ends');", "TEST_FINISHED();"),
             *("TEST('waits');", "n := n + 1;", "AssertTrue(n < 50, 'too late');"),
         )
     )
-    run = run_tests(path, libraries=[standin], limit=1.0)
+    run = run_tests(path, libraries=[tcunit_stub], limit=1.0)
     assert run.problem == "not all tests ended within 1 s of PLC time"
     ends, waits = run
     assert ends.outcome is TestOutcome.PASSED
     assert waits.outcome is TestOutcome.UNFINISHED
     assert len(waits.failures) == 51
-    hasty = run_tests(path, libraries=[standin], timeout=1e-9)
+    hasty = run_tests(path, libraries=[tcunit_stub], timeout=1e-9)
     assert hasty.problem == "not all tests ended within 1e-09 s of waiting"
 
 
-def test_an_exception_ends_the_run_with_its_line(project: Write, standin: Path) -> None:
+def test_an_exception_ends_the_run_with_its_line(project: Write, tcunit_stub: Path) -> None:
     path = project(source("TEST('divides');", "n := 1 / n;", "TEST_FINISHED();"))
-    run = run_tests(path, libraries=[standin])
+    run = run_tests(path, libraries=[tcunit_stub])
     assert "DIVIDEBYZERO in FB_OurTests" in run.problem
     assert run.problem_place == CodePlace(str(path), 6)
     assert not run.is_good
@@ -150,42 +150,46 @@ def test_an_exception_ends_the_run_with_its_line(project: Write, standin: Path) 
     ],
     ids=["no suite", "no run", "no test"],
 )
-def test_nothing_to_run(project: Write, standin: Path, program: str, body: str, says: str) -> None:
-    run = run_tests(project(source(program=program, run=body)), libraries=[standin], limit=0.1)
+def test_nothing_to_run(
+    project: Write, tcunit_stub: Path, program: str, body: str, says: str
+) -> None:
+    run = run_tests(project(source(program=program, run=body)), libraries=[tcunit_stub], limit=0.1)
     assert says in run.problem
     assert not run.is_good
 
 
-def test_what_cannot_run(project: Write, standin: Path, tmp_path: Path) -> None:
+def test_what_cannot_run(project: Write, tcunit_stub: Path, tmp_path: Path) -> None:
     with pytest.raises(ProjectError, match="does not exist"):
         run_tests(tmp_path / "nothing")
     with pytest.raises(ProjectError, match="expected files like"):
-        run_tests(tmp_path, libraries=[standin])
+        run_tests(tmp_path, libraries=[tcunit_stub])
     with pytest.raises(TcUnitMissing):
         run_tests(project(source()), environ={})
     with pytest.raises(ProjectError, match=r"1 errors: no test has run\nours\.st:5"):
-        run_tests(project(source("n := nothing;")), libraries=[standin])
+        run_tests(project(source("n := nothing;")), libraries=[tcunit_stub])
     with pytest.raises(ProjectError, match="no function block EXTENDS FB_TestSuite"):
-        run_tests(project("PROGRAM MAIN\nEND_PROGRAM\n", "main.st"), libraries=[standin])
+        run_tests(project("PROGRAM MAIN\nEND_PROGRAM\n", "main.st"), libraries=[tcunit_stub])
     with pytest.raises(ProjectError, match="no well-formed XML"):
-        run_tests(project("<broken", "ours.plcproj"), libraries=[standin])
+        run_tests(project("<broken", "ours.plcproj"), libraries=[tcunit_stub])
 
 
-def test_a_broken_library_says_so(project: Write, standin: Path, tmp_path: Path) -> None:
+def test_a_broken_library_says_so(project: Write, tcunit_stub: Path, tmp_path: Path) -> None:
     library = tmp_path / "broken"
     library.mkdir()
-    for file in standin.iterdir():
+    for file in tcunit_stub.iterdir():
         text = file.read_text().replace("Current : UINT;", "Current : T_Nowhere;")
         (library / file.name).write_text(text)
     with pytest.raises(ProjectError, match="T_Nowhere"):
         run_tests(project(source("TEST('a');", "TEST_FINISHED();")), libraries=[library])
 
 
-def test_a_station_with_its_own_libraries(project: Write, standin: Path, tmp_path: Path) -> None:
+def test_a_station_with_its_own_libraries(
+    project: Write, tcunit_stub: Path, tmp_path: Path
+) -> None:
     project(source("TEST('adds');", "AssertTrue(FALSE, 'no');", "TEST_FINISHED();"))
     station = tmp_path / "station.toml"
     station.write_text(
-        f'[[plc]]\nsources = "ours.st"\nlibraries = ["{standin}"]\ncode = "auto"\n'
+        f'[[plc]]\nsources = "ours.st"\nlibraries = ["{tcunit_stub}"]\ncode = "auto"\n'
         '[[plc.task]]\nname = "Slow"\ncycle = "100ms"\nprograms = ["PRG_TEST"]\n'
     )
     run = run_tests(station)
@@ -199,17 +203,17 @@ def test_a_station_with_its_own_libraries(project: Write, standin: Path, tmp_pat
         run_tests(station)
 
 
-def test_a_solution_has_the_tests_of_its_plcs(project: Write, standin: Path) -> None:
+def test_a_solution_has_the_tests_of_its_plcs(project: Write, tcunit_stub: Path) -> None:
     project(source("TEST('adds');", "AssertTrue(FALSE, 'no');", "TEST_FINISHED();"))
     project('<Project><Compile Include="ours.st"/></Project>', "Ours.plcproj")
     solution = project(
         '<TcSmProject><Plc><Project PrjFilePath="Ours.plcproj"/></Plc></TcSmProject>', "a.tsproj"
     )
-    run = run_tests(solution, libraries=[standin])
+    run = run_tests(solution, libraries=[tcunit_stub])
     assert run.count(TestOutcome.FAILED) == 1
 
 
-def test_type_classes_need_only_their_name_space(project: Write, standin: Path) -> None:
+def test_type_classes_need_only_their_name_space(project: Write, tcunit_stub: Path) -> None:
     """As TcUnit's own tests write them; a variable of that name comes first."""
     path = project(
         source(
@@ -219,10 +223,10 @@ def test_type_classes_need_only_their_name_space(project: Write, standin: Path) 
             "TEST_FINISHED();",
         ).replace(" n : DINT;", " TYPE_INT : DINT;")
     )
-    assert run_tests(path, libraries=[standin]).is_good
+    assert run_tests(path, libraries=[tcunit_stub]).is_good
 
 
-def test_a_caller_sees_the_configuration_and_each_cycle(press: Path, standin: Path) -> None:
+def test_a_caller_sees_the_configuration_and_each_cycle(press: Path, tcunit_stub: Path) -> None:
     seen: list[float] = []
     bases: list[Path] = []
 
@@ -236,7 +240,7 @@ def test_a_caller_sees_the_configuration_and_each_cycle(press: Path, standin: Pa
             raise InterruptedError("enough")
 
     with pytest.raises(InterruptedError):
-        run_tests(press, libraries=[standin], confine=confine, between=stop)
+        run_tests(press, libraries=[tcunit_stub], confine=confine, between=stop)
     assert len(bases) == 1
     assert seen == pytest.approx([0.01, 0.02, 0.03])
 
@@ -244,14 +248,14 @@ def test_a_caller_sees_the_configuration_and_each_cycle(press: Path, standin: Pa
         raise ValueError("not here")
 
     with pytest.raises(ValueError, match="not here"):
-        run_tests(press, libraries=[standin], confine=refuse)
+        run_tests(press, libraries=[tcunit_stub], confine=refuse)
 
 
 def test_project_that_declares_each_name_of_tcunit_again_has_its_tests_run(
-    project: Write, standin: Path, tmp_path: Path
+    project: Write, tcunit_stub: Path, tmp_path: Path
 ) -> None:
     library = tmp_path / "library" / "TcUnit"
-    shutil.copytree(standin, library)
+    shutil.copytree(tcunit_stub, library)
     unit = re.compile(r"^(FUNCTION_BLOCK|INTERFACE|FUNCTION|TYPE) (\w+)", re.MULTILINE)
     names = [found for file in library.glob("*.st") for found in unit.findall(file.read_text())]
     assert len(names) >= 10

@@ -43,7 +43,7 @@ def test_a_project_named_in_the_configuration(tmp_path: Path, warm_commands: War
     (tmp_path / "ours.st").write_text(SOURCE)
     (tmp_path / "other.st").write_text("nonsense")
     (tmp_path / "pytest.ini").write_text(
-        f"[pytest]\nachse_plc_tests = ours.st\nachse_plc_libraries = {DATA / 'standin'}\n"
+        f"[pytest]\nachse_plc_tests = ours.st\nachse_plc_libraries = {DATA / 'tcunit_stub'}\n"
     )
     out = run(warm_commands, tmp_path, "-k", "not left_out")
     assert "3 failed, 1 passed, 1 skipped, 1 deselected" in out, out

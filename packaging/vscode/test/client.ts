@@ -1,4 +1,4 @@
-/** A stand-in of the language client: keeps how it was started. */
+/** A stub of the language client: keeps how it was started. */
 
 /* eslint-disable @typescript-eslint/no-explicit-any */
 

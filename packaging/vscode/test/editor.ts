@@ -1,4 +1,4 @@
-/** A stand-in of the module `vscode`: what the extension registers is kept, to be called. */
+/** A stub of the module `vscode`: what the extension registers is kept, to be called. */
 
 /* eslint-disable @typescript-eslint/no-explicit-any */
 

@@ -1,4 +1,4 @@
-/** Bundle the tests with a stand-in of the editor's module, and run them. */
+/** Bundle the tests with a stub of the editor's module, and run them. */
 
 import { spawnSync } from 'node:child_process';
 import { readdirSync } from 'node:fs';

@@ -95,7 +95,7 @@ class Projects:
                 place,
                 libraries=[*libraries, *self._libraries],
                 defines=self._defines,
-                given=lists_of_runtime,
+                predefined=lists_of_runtime,
                 lint_rules=lint_options,
                 open_files=dict(self._contents.values()),
             )

@@ -53,7 +53,7 @@ class WarmProjects:
             made = Workspace(
                 path,
                 libraries=libraries,
-                given=lists_of_runtime,
+                predefined=lists_of_runtime,
                 lint_rules=partial(lint_options, top=self._folder.root),
             )
             known = _WarmProject(made, stamps)

@@ -19,7 +19,7 @@ from achse.iec.declare import GlobalVariables, Program, Typelike
 from achse.iec.layout import TC3_X64, LayoutRules
 from achse.iec.structs import StaticRecord as UnitRecord
 from achse.iec.types import IecType
-from achse.st.declared.given import FurtherTypes
+from achse.st.declared.predefined import FurtherTypes
 from achse.st.declared.resolve import Resolver, generics_of
 from achse.st.declared.scopes import DeclaredUnit, Failed, References, Scope
 from achse.st.declared.standard import library_files
@@ -47,7 +47,7 @@ from achse.st.values.values import NotConstant
 _HINT = (
     "types of libraries come from `libraries`: their sources, or declarations that stand in for"
     " them; or from the .tmc of the built project, there or beside the sources;"
-    " achse check --stand-ins FOLDER writes declarations to start from"
+    " achse check --stubs FOLDER writes declarations to start from"
 )
 
 
@@ -227,7 +227,7 @@ class _Declarer:
     def _tell_all_missing(self, own: Sequence[DeclaredUnit]) -> None:
         """Missing types in what could not be declared because of others, so that one look at the
         faults finds them all."""
-        from achse.st.unknown import MissingNames  # few need it
+        from achse.st.missing.walk import MissingNames  # few need it
 
         for scope, spec in MissingNames(self._names, own).places:
             with suppress(Failed), self._scopes.inside(scope.source):

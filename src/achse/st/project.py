@@ -19,12 +19,12 @@ from achse.st.files.files import (
     read_sources,
     symbol_files,
 )
-from achse.st.files.shelf import Gathered, gather, references_in
+from achse.st.files.library_search import Gathered, gather, references_in
 from achse.st.files.solution import solution_files, task_options, type_files
 from achse.st.lexis.collection import collection_paused
 from achse.st.lexis.lexer import Defines
 from achse.st.lexis.source import Diagnostic, Source, SourceError
-from achse.st.missing import (
+from achse.st.missing.libraries import (
     MissingLibrary,
     findings_by_library,
     is_known,
@@ -38,7 +38,7 @@ from achse.st.symbolfiles.library import LibraryTypes
 from achse.st.syntax.parser import Parsed, parse
 
 UnknownNames: TypeAlias = Literal["refuse", "libraries", "opaque"]
-"""Undeclared names that get stand-ins, which do nothing: none, those of libraries that a project
+"""Undeclared names that get stubs, which do nothing: none, those of libraries that a project
 references and that are not here, all."""
 
 
@@ -53,7 +53,7 @@ class Project:
     missing: tuple[MissingLibrary, ...] = ()
     """Libraries that its `.plcproj` references and that are not here, or lack names that it
     uses."""
-    stand_ins: Mapping[str, str] = field(default_factory=dict)
+    stubs: Mapping[str, str] = field(default_factory=dict)
     """Files of declarations made for undeclared names, by name."""
     reach: Reach | None = None
     """Units that the tasks reach; None if faults of all units are errors."""
@@ -82,7 +82,7 @@ def load_project(
     `libraries`, and those in the folders of the project and of its libraries (of a single source
     the one with its name). `rules` are those of the platform that a `.tmc` is for, else of 64
     bits. `defines` are what `{IF defined (…)}` finds. `unknown` says which undeclared names get
-    stand-ins. `programs` are those that tasks call, by default the tasks of the project: units
+    stubs. `programs` are those that tasks call, by default the tasks of the project: units
     that they do not reach may have faults, unless `check_all`. Raises `SourceError` with every
     other fault.
     """
@@ -152,12 +152,12 @@ class ProjectFiles:
         self,
         types: Mapping[str, Typelike] | None = None,
         constants: Mapping[str, object] | None = None,
-        stand_ins: Iterable[Parsed] = (),
+        stubs: Iterable[Parsed] = (),
     ) -> tuple[Declarations, SourceError | None]:
         """Return the declarations, and an error with all faults in them or None."""
         return examine(
             self.sources,
-            libraries=[*self.libraries, *stand_ins],
+            libraries=[*self.libraries, *stubs],
             types=types,
             constants=constants,
             rules=self.rules,
@@ -194,7 +194,7 @@ class ProjectFiles:
             )
         has_some = bool(missing) or bool(lacking) or names.predefined.has_shells
         if unknown == "opaque" or (unknown == "libraries" and has_some):
-            made, kept = _stand_ins(
+            made, kept = _stub_files(
                 declared,
                 None if unknown == "opaque" else (*missing, *lacking),
                 {
@@ -210,7 +210,7 @@ class ProjectFiles:
                 found_again = self.declared(types, constants, again)
                 if error is not None or found_again[1] is None:
                     declared, error = found_again
-                else:  # only bodies miss something, and its stand-ins are wrong
+                else:  # only bodies miss something, and its stubs are wrong
                     made, lacking = {}, ()
         missing += lacking
         declared.names.blocks_do_nothing = unknown != "refuse"
@@ -243,14 +243,17 @@ class ProjectFiles:
         return project, SourceError(faults, "\n".join(hints), following)
 
 
-def _stand_ins(
+def _stub_files(
     declared: Declarations,
     libraries: tuple[MissingLibrary, ...] | None,
     spaces: Iterable[str],
 ) -> tuple[dict[str, str], frozenset[str]]:
-    """Stand-ins for the undeclared names of these libraries, or for all, and which names these
+    """Stubs for the undeclared names of these libraries, or for all, and which names these
     are."""
-    from achse.st.unknown import MissingNames, keep_names_of, stand_ins  # few need it
+    # few need these
+    from achse.st.missing.library_names import keep_names_of
+    from achse.st.missing.stubs import stub_files
+    from achse.st.missing.walk import MissingNames
 
     names = MissingNames(declared.names)
     if libraries is not None:
@@ -269,7 +272,7 @@ def _stand_ins(
         )
     named = (use.library.lower() for use in names.meanings.types.values())
     kept = frozenset({*names.meanings.types, *names.meanings.names, *named})
-    return stand_ins(names), kept
+    return stub_files(names), kept
 
 
 @collection_paused()

@@ -376,7 +376,7 @@ def _runtime(
     check_bounds: bool,
 ) -> PlcRuntime:
     cycle_ns = round(cycle_time * 1e9)
-    project = check(declared, given=lists_of_runtime(()), check_bounds=check_bounds)
+    project = check(declared, predefined=lists_of_runtime(()), check_bounds=check_bounds)
     if project.faults:
         raise SourceError(list(project.faults))
     units = [

@@ -44,7 +44,7 @@ class SourceProject:
     def __init__(self, project: EditedProject) -> None:
         self._path = project.path
         self._workspace = Workspace(
-            project.path, libraries=project.libraries, given=lists_of_runtime
+            project.path, libraries=project.libraries, predefined=lists_of_runtime
         )
         self._draft: Path | None = None
         self._names: dict[Path, str] = {}

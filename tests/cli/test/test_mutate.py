@@ -9,11 +9,11 @@ from achse.cli.app import app
 
 DATA = Path(__file__).parents[2] / "data"
 CLAMP = DATA / "mutation" / "clamp.st"
-STANDIN = DATA / "unit_tests" / "standin"
+TCUNIT_STUB = DATA / "unit_tests" / "tcunit_stub"
 
 
 def outcome_of(*arguments: object) -> Result:
-    words = ["mutate", *map(str, arguments), "--library", str(STANDIN)]
+    words = ["mutate", *map(str, arguments), "--library", str(TCUNIT_STUB)]
     return CliRunner().invoke(app, words)
 
 

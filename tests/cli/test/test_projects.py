@@ -56,7 +56,7 @@ def test_program_that_stops_ends_with_1(folder: Path) -> None:
     assert document["errors"] == []
 
 
-def test_names_of_a_missing_library_get_stand_ins(folder: Path) -> None:
+def test_names_of_a_missing_library_get_stubs(folder: Path) -> None:
     (folder / "a.plcproj").write_text(
         '<Project><Compile Include="MAIN.st"/><Compile Include="PlcTask.TcTTO"/>'
         '<PlaceholderReference Include="Vendor_Lib"><DefaultResolution>Vendor_Lib, * (Vendor)'
@@ -69,7 +69,7 @@ def test_names_of_a_missing_library_get_stand_ins(folder: Path) -> None:
     assert result.exit_code == 0
     lines = result.stdout.splitlines()
     assert lines[-4].startswith("library Vendor_Lib is not here, but needed by MAIN.st")
-    assert lines[-3] == "7 lines of stand-ins, which do nothing (--stand-ins FOLDER writes them)"
+    assert lines[-3] == "7 lines of stubs, which do nothing (--stubs FOLDER writes them)"
     result = checked(folder, "--all")
     assert result.exit_code == 1
     assert "no type is named 'FB_Vendor'" in result.stdout

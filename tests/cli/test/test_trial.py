@@ -22,7 +22,7 @@ def tried(folder: Path, text: str, *tasks: tuple[str, int, str]) -> TrialResult:
     project, error = examine_project(folder)
     system = system_info_list([Task()], app_name="", project_name="", port=851, timestamp=0)
     typed = check(
-        project.declarations, given=[system], reach=project.reach, unreached=project.unreached
+        project.declarations, predefined=[system], reach=project.reach, unreached=project.unreached
     )
     assert error is None
     assert not typed.faults

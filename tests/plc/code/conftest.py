@@ -24,7 +24,7 @@ from achse.plc.system_info import system_info_list
 from achse.plc.task import Task
 from achse.st.check import check
 from achse.st.declare import Declarations, declare
-from achse.st.files.facts import DeclaredFacts
+from achse.st.files.defines import SourceDefines
 from achse.st.lexis.pragmas import asks_for_declarations
 from achse.st.lexis.source import Source
 from achse.st.syntax.parser import parse
@@ -118,10 +118,10 @@ def _checked(text: str, check_bounds: bool = True) -> tuple[Declarations, TypedP
     source = Source(text, "test.st")
     parsed = parse(source, name="GVL")
     if asks_for_declarations(text):
-        parsed = parse(source, name="GVL", defines=DeclaredFacts({}, parsed, [parsed]))
+        parsed = parse(source, name="GVL", defines=SourceDefines({}, parsed, [parsed]))
     project = declare([parsed])
     system = system_info_list([Task()], app_name="", project_name="", port=0, timestamp=0)
-    return project, check(project, given=[system], check_bounds=check_bounds)
+    return project, check(project, predefined=[system], check_bounds=check_bounds)
 
 
 class Ran:

@@ -40,7 +40,7 @@ def test_what_the_runtime_declares_is_known() -> None:
         nCycle = var(UDINT)  # noqa: N815
 
     own = parse("PROGRAM MAIN VAR n : UDINT; END_VAR n := nCycle + SystemList.nCycle; END_PROGRAM")
-    project = check(declare([own]), given=[SystemList])
+    project = check(declare([own]), predefined=[SystemList])
     assert project.faults == ()
     assert list(lines_of(project.routines["main"].body or ())) == [
         "n := ADD.UDINT(nCycle, nCycle);"

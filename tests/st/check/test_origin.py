@@ -16,13 +16,13 @@ SOURCES = {
 }
 
 
-def _origin(*changes: tuple[str, str, str], given: int = 1) -> str:
+def _origin(*changes: tuple[str, str, str], predefined: int = 1) -> str:
     texts = dict(SOURCES)
     for file, old, new in changes:
         assert old in texts[file]
         texts[file] = texts[file].replace(old, new)
     sources = [parse(Source(text, path)) for path, text in texts.items()]
-    return check(declare(sources, constants={"nGiven": given})).origin
+    return check(declare(sources, constants={"nGiven": predefined})).origin
 
 
 def test_the_same_is_the_same() -> None:
@@ -44,4 +44,4 @@ def test_a_change_of_a_source_shows(change: tuple[str, str, str]) -> None:
 
 
 def test_constants_that_are_handed_in_show() -> None:
-    assert _origin(given=2) != _origin()
+    assert _origin(predefined=2) != _origin()

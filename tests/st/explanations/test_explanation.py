@@ -36,7 +36,7 @@ def findings(folder: Path, example: dict[str, str], rules: str = "") -> list[Dia
             project if project.exists() else folder,
             libraries=[libraries] if libraries.exists() else [],
             check_all=True,
-            unknown="refuse",  # no stand-ins: as `achse check --all`
+            unknown="refuse",  # no stubs: as `achse check --all`
         )
     except SourceError as nothing:
         return list(nothing.faults)

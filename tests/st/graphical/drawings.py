@@ -207,7 +207,7 @@ class Drawn:
         self.sources = [first, *(parse(other, name="GVL") for other in others)]
         project = declare(self.sources)
         system = system_info_list([Task()], app_name="", project_name="", port=0, timestamp=0)
-        self.typed = check(project, given=[system])
+        self.typed = check(project, predefined=[system])
         assert not self.typed.faults, "\n".join(map(str, self.typed.faults))
         self.task = Task("PlcTask", 10_000_000, [project.programs["main"]])
         self.plc = PlcRuntime([self.task], project.units, bodies=Bodies(self.typed, form=form))

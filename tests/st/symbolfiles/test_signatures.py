@@ -1,4 +1,4 @@
-"""Stand-ins of blocks and interfaces whose bases, methods and properties a `.tmc` has."""
+"""Stubs of blocks and interfaces whose bases, methods and properties a `.tmc` has."""
 
 from pathlib import Path
 
@@ -69,7 +69,7 @@ def _run(folder: Path, text: str, types: str = FILE) -> PlcRuntime:
     )
     declared = load_project(folder).declarations
     lists = [system_info_list([Task("T")], app_name="", project_name="", port=851, timestamp=0)]
-    typed = check(declared, given=lists)
+    typed = check(declared, predefined=lists)
     assert typed.faults == ()
     task = Task("T", 10_000_000, [declared.programs["p"]])
     plc = PlcRuntime([task], declared.units, bodies=Bodies(typed, form=CodeForm.PLAIN))
@@ -101,7 +101,7 @@ def test_override_of_a_stand_in_is_reached_by_its_interface(tmp_path: Path) -> N
 
 def test_methods_with_types_that_no_one_has_are_left_out(tmp_path: Path) -> None:
     _run(tmp_path, f"PROGRAM P VAR a : FB_Own; END_VAR END_PROGRAM {OWN}")
-    text = load_project(tmp_path).stand_ins["types.st"]
+    text = load_project(tmp_path).stubs["types.st"]
     assert "METHOD Paint" in text
     assert "Strange" not in text
 

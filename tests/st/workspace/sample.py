@@ -203,7 +203,7 @@ def write_project(folder: Path) -> Path:
 
 
 def cold_findings(
-    folder: Path, texts: dict[Path, str], *, given: Any = (), check_all: bool = False
+    folder: Path, texts: dict[Path, str], *, predefined: Any = (), check_all: bool = False
 ) -> ProjectFindings:
     """Return the findings of a check that begins with nothing."""
     contents = {file_key(file): text.encode() for file, text in texts.items()}
@@ -213,7 +213,10 @@ def cold_findings(
     except SourceError as nothing:
         return sorted_findings(nothing.faults, (), ())
     typed = check(
-        project.declarations, given=given, reach=project.reach, unreached=project.unreached
+        project.declarations,
+        predefined=predefined,
+        reach=project.reach,
+        unreached=project.unreached,
     )
     return findings_of(project, error, typed, check_all=check_all)
 

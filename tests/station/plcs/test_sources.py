@@ -415,7 +415,7 @@ def test_unknown_types_may_be_opaque(folder: Path, caplog: pytest.LogCaptureFixt
     with pytest.raises(ConfigError, match=r"missing types: E_Mode, Lib\.FB_Pump"):
         _station(folder, text)
     station = _station(folder, text + 'unknown_types = "opaque"\n')
-    assert "lines of stand-ins for undeclared names" in caplog.text
+    assert "lines of stubs for undeclared names" in caplog.text
     station.advance(0.02)
     main = station.plcs[851].instance("MAIN")
     assert main["n"] > 0

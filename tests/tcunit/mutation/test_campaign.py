@@ -15,7 +15,7 @@ from tests.tcunit.mutation.conftest import CLAMP
 
 @pytest.fixture(scope="module")
 def run() -> MutationRun:
-    return run_mutants(CLAMP, libraries=[CLAMP.parents[1] / "unit_tests" / "standin"], jobs=2)
+    return run_mutants(CLAMP, libraries=[CLAMP.parents[1] / "unit_tests" / "tcunit_stub"], jobs=2)
 
 
 def test_outcomes(run: MutationRun) -> None:
@@ -42,8 +42,8 @@ def test_outcomes(run: MutationRun) -> None:
     assert run.planted == len(run.mutants)
 
 
-def test_a_draw_is_part_of_all(run: MutationRun, standin: Path) -> None:
-    drawn = run_mutants(CLAMP, libraries=[standin], sample=9, seed=4)
+def test_a_draw_is_part_of_all(run: MutationRun, tcunit_stub: Path) -> None:
+    drawn = run_mutants(CLAMP, libraries=[tcunit_stub], sample=9, seed=4)
     wanted = {(one.line, one.change): (one.outcome, one.test) for one in run.mutants}
     assert len(drawn.mutants) == 9
     assert drawn.planted == run.planted
@@ -52,12 +52,12 @@ def test_a_draw_is_part_of_all(run: MutationRun, standin: Path) -> None:
 
 
 def test_where_no_process_can_be_copied_each_mutant_is_loaded(
-    run: MutationRun, standin: Path, monkeypatch: pytest.MonkeyPatch
+    run: MutationRun, tcunit_stub: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(campaign, "CAN_FORK", False)
     drawn = run_mutants(
         CLAMP,
-        libraries=[standin],
+        libraries=[tcunit_stub],
         sample=4,
         options=MutationOptions(exclude=("F_*",)),
     )
@@ -90,10 +90,10 @@ END_PROGRAM
 """
 
 
-def test_suites_that_need_others_run_with_all(tmp_path: Path, standin: Path) -> None:
+def test_suites_that_need_others_run_with_all(tmp_path: Path, tcunit_stub: Path) -> None:
     source = tmp_path / "shared.st"
     source.write_text(SHARED)
-    run = run_mutants(source, libraries=[standin])
+    run = run_mutants(source, libraries=[tcunit_stub])
     assert run.dependent == ["PRG_TEST.fbSecond"]
     assert {one.tests for one in run.mutants} == {2}
     assert run.score.percent == 100.0
@@ -108,7 +108,7 @@ def test_suites_that_need_others_run_with_all(tmp_path: Path, standin: Path) -> 
     ],
 )
 def test_projects_whose_tests_cannot_notice(
-    tmp_path: Path, standin: Path, test: str, message: str
+    tmp_path: Path, tcunit_stub: Path, test: str, message: str
 ) -> None:
     source = tmp_path / "ours.st"
     source.write_text(
@@ -117,4 +117,4 @@ def test_projects_whose_tests_cannot_notice(
         "PROGRAM PRG_TEST\nVAR fbOurs : FB_Ours; END_VAR\nRUN();\nEND_PROGRAM\n"
     )
     with pytest.raises(ProjectError, match=message):
-        run_mutants(source, libraries=[standin], limit=0.05)
+        run_mutants(source, libraries=[tcunit_stub], limit=0.05)

@@ -8,8 +8,8 @@ from achse.tcunit.mutation.reach import AT_START, ELSEWHERE, SuiteReach, reach_o
 from tests.tcunit.mutation.conftest import CLAMP
 
 
-def test_counts_by_suite(standin: Path) -> None:
-    bench = TestBench.of(CLAMP, [standin], coverage=True)
+def test_counts_by_suite(tcunit_stub: Path) -> None:
+    bench = TestBench.of(CLAMP, [tcunit_stub], coverage=True)
     (tests,) = bench.plcs
     counters = tests.counters
     assert counters is not None
@@ -41,6 +41,6 @@ def test_counts_by_suite(standin: Path) -> None:
     }
 
 
-def test_without_coverage_nothing_is_known(standin: Path) -> None:
-    bench = TestBench.of(CLAMP, [standin])
+def test_without_coverage_nothing_is_known(tcunit_stub: Path) -> None:
+    bench = TestBench.of(CLAMP, [tcunit_stub])
     assert reach_of_suites(bench.plcs[0])() == SuiteReach()

@@ -14,7 +14,7 @@ from tests.tcunit.mutation.conftest import CLAMP
 
 @pytest.fixture(scope="module")
 def run() -> MutationRun:
-    return run_mutants(CLAMP, libraries=[CLAMP.parents[1] / "unit_tests" / "standin"])
+    return run_mutants(CLAMP, libraries=[CLAMP.parents[1] / "unit_tests" / "tcunit_stub"])
 
 
 def test_a_text_names_what_nobody_noticed(run: MutationRun) -> None:

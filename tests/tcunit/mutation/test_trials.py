@@ -12,8 +12,8 @@ from tests.tcunit.mutation.conftest import CLAMP
 
 
 @pytest.fixture
-def bench(standin: Path) -> TestBench:
-    return TestBench.of(CLAMP, [standin], coverage=True)
+def bench(tcunit_stub: Path) -> TestBench:
+    return TestBench.of(CLAMP, [tcunit_stub], coverage=True)
 
 
 def mutant_of(bench: TestBench, key: str, change: str) -> Mutant:

@@ -45,7 +45,7 @@ def check(
         bool,
         typer.Option("--machine", help="Tell what cannot become machine code, and why."),
     ] = False,
-    stand_ins: Annotated[
+    stubs: Annotated[
         Path | None,
         typer.Option(
             metavar="FOLDER",
@@ -90,13 +90,13 @@ def check(
     reaches are warnings. Ends with 1 if there are errors, or if a PLC stops in its first cycles,
     which run in virtual time.
 
-    Declarations of --stand-ins have the members, values and inputs that the sources use. A guess
+    Declarations of --stubs have the members, values and inputs that the sources use. A guess
     has a question mark: fill it in, and name the folder in `libraries`.
     """
-    if stand_ins is not None:
-        from achse.cli.test.stand_ins import write_stand_ins
+    if stubs is not None:
+        from achse.cli.test.stubs import write_stubs
 
-        write_stand_ins(file, stand_ins, library or [], in_json)
+        write_stubs(file, stubs, library or [], in_json)
         return
     if in_json:
         report = ReportFormat.JSON

@@ -14,7 +14,7 @@ from achse.plc.system_info import lists_of_runtime
 from achse.st.check import check
 from achse.st.lexis.source import Diagnostic, SourceError
 from achse.st.lint.options import LintOptions, LintOptionsError, lint_options
-from achse.st.missing import findings_by_library, line_of_library
+from achse.st.missing.libraries import findings_by_library, line_of_library
 from achse.st.project import Project, examine_project
 from achse.st.typed.project import TypedProject
 from achse.st.workspace.findings import ProjectFindings, findings_of
@@ -102,7 +102,7 @@ def _checked(
 ) -> _Checked:
     typed = check(
         project.declarations,
-        given=lists_of_runtime(project.tasks),
+        predefined=lists_of_runtime(project.tasks),
         reach=project.reach,
         unreached=project.unreached,
     )
@@ -162,9 +162,9 @@ def _print_text(found: _Checked, warnings: bool, check_all: bool) -> None:
         print(found.hint)
     for library in project.missing:
         print(library)
-    if project.stand_ins:
-        lines = sum(text.count("\n") for text in project.stand_ins.values())
-        print(f"{lines} lines of stand-ins, which do nothing (--stand-ins FOLDER writes them)")
+    if project.stubs:
+        lines = sum(text.count("\n") for text in project.stubs.values())
+        print(f"{lines} lines of stubs, which do nothing (--stubs FOLDER writes them)")
     unreached = len(found.findings.unreached)
     count = len(found.findings.warnings) + unreached
     apart = f", {unreached} of them in units that no task reaches" if unreached else ""

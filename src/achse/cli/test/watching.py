@@ -32,7 +32,7 @@ def watch_project(
         path,
         libraries=libraries,
         defines=tuple(defines),
-        given=lists_of_runtime,
+        predefined=lists_of_runtime,
         check_all=check_all,
     )
     folder = path if path.is_dir() else path.parent

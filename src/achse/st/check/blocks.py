@@ -129,13 +129,13 @@ class Blocks:
                         keys.add(one.name.lower())
                         keys |= {base.name.lower() for base in self.bases_of_interface(one)}
                     else:
-                        keys |= self._given_interfaces(named.name)
+                        keys |= self._predefined_interfaces(named.name)
             if isinstance(entry.tree, Interface):
                 keys |= {base.name.lower() for base in self.bases_of_interface(entry)}
             found = self._interfaces[id(entry)] = frozenset(keys)
         return found
 
-    def _given_interfaces(self, name: str) -> set[str]:
+    def _predefined_interfaces(self, name: str) -> set[str]:
         """Return the keys of an interface of a symbol file and of its bases there."""
         found: set[str] = set()
         while name and name.lower() not in found:
@@ -165,5 +165,5 @@ class Blocks:
         """Return True if a base of a block has no source: it may have any part and interface."""
         last = self.chain(entry)[-1].tree
         return isinstance(last, FunctionBlock) and (
-            last.extends is not None or "stand_in" in dict(last.note.attributes)
+            last.extends is not None or "stub" in dict(last.note.attributes)
         )

@@ -62,20 +62,20 @@ _SLOT_OF_CONSTANTS = 49_990
 def check(
     declarations: Declarations,
     *,
-    given: Iterable[type[StaticRecord]] = (),
+    predefined: Iterable[type[StaticRecord]] = (),
     check_bounds: bool = True,
     reach: Reach | None = None,
     unreached: Iterable[Diagnostic] = (),
 ) -> TypedProject:
     """The typed form of all that a project declares, with every fault and warning.
 
-    `given` are programs and variable lists that the runtime declares in Python. Without
+    `predefined` are programs and variable lists that the runtime declares in Python. Without
     `check_bounds` an index that is not constant has no bounds. `reach` says which units may have
     faults, `unreached` are the faults of their declarations. Raises nothing: what is at fault is
     told, and left out.
     """
     with collection_paused():  # the typed form has no cycles
-        checking = Checking(declarations.names, given, check_bounds=check_bounds)
+        checking = Checking(declarations.names, predefined, check_bounds=check_bounds)
         found = checking.project()
         return found if reach is None else of_reached(found, reach, tuple(unreached))
 
@@ -96,7 +96,7 @@ class Checking:
     def __init__(
         self,
         names: Resolver,
-        given: Iterable[type[StaticRecord]] = (),
+        predefined: Iterable[type[StaticRecord]] = (),
         *,
         check_bounds: bool = True,
     ) -> None:
@@ -105,12 +105,12 @@ class Checking:
         self.routines = Routines(names)
         self.blocks = Blocks(names)
         self.life = Life(self)
-        self.given_units: dict[str, type[StaticRecord]] = {
-            unit.__iec__.name.lower(): unit for unit in given
+        self.predefined_units: dict[str, type[StaticRecord]] = {
+            unit.__iec__.name.lower(): unit for unit in predefined
         }
-        self._given_variables = {
+        self._predefined_variables = {
             member.name.lower(): (unit.__iec__, member.name.lower())
-            for unit in self.given_units.values()
+            for unit in self.predefined_units.values()
             for member in unit.__iec__.members
         }
         self.current: RoutineBody
@@ -156,9 +156,9 @@ class Checking:
             found = self._pointers[id(type)] = PointerType(type, self.names.rules.pointer_size)
         return found
 
-    def given_variable(self, key: str) -> tuple[StructType[Any], str] | None:
+    def predefined_variable(self, key: str) -> tuple[StructType[Any], str] | None:
         """A variable that the runtime declares, by its name alone."""
-        return self._given_variables.get(key)
+        return self._predefined_variables.get(key)
 
     def unit(self, entry: DeclaredUnit, at: int) -> StructType[Any]:
         """The record of a program or variable list; a library's is declared now."""
@@ -233,7 +233,7 @@ class Checking:
             tuple(faults),
             tuple(sorted(self._warnings, key=lambda one: one.location)),
             self._left_out,
-            origin_of(self.names, self.given_units.values(), check_bounds=self.check_bounds),
+            origin_of(self.names, self.predefined_units.values(), check_bounds=self.check_bounds),
             inert=frozenset(self._inert),
         )
 

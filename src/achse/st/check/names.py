@@ -87,11 +87,11 @@ class NameResolver:
                     Code.AMBIGUOUS_NAME,
                 )
             return self.of_part(lists[0], key, None, True, at)
-        given = body.checking.given_variable(key)
+        given = body.checking.predefined_variable(key)
         if given is not None:
-            return self.of_given(given[0], given[1], at)
-        if key in body.checking.given_units:
-            unit = body.checking.given_units[key]
+            return self.of_predefined(given[0], given[1], at)
+        if key in body.checking.predefined_units:
+            unit = body.checking.predefined_units[key]
             return UnitName(unit.__iec__.name, None, unit.__iec__, at)
         if is_builtin(name):
             body.checking.plain_names[space, key] = name.upper()
@@ -295,9 +295,9 @@ class NameResolver:
         """A variable of a program or variable list."""
         entry = self._names.scopes.entries[owner.lower()]
         iec = self._body.checking.unit(entry, at)
-        return self.of_given(iec, key, at)
+        return self.of_predefined(iec, key, at)
 
-    def of_given(self, iec: StructType[Any], key: str, at: int) -> TypedOperand:
+    def of_predefined(self, iec: StructType[Any], key: str, at: int) -> TypedOperand:
         if not iec.has_member(key):
             raise Unexpected(at, f"{iec.name} has no variable '{key}'", Code.UNKNOWN_MEMBER)
         member = iec.member(key)

@@ -13,7 +13,7 @@ from achse.st.declared.resolve import Resolver
 
 
 def origin_of(
-    names: Resolver, given: Iterable[type[StaticRecord]], *, check_bounds: bool = True
+    names: Resolver, predefined: Iterable[type[StaticRecord]], *, check_bounds: bool = True
 ) -> str:
     """40 hexadecimal digits; call it when everything is checked, and so worked out."""
     found = hashlib.blake2b(b"" if check_bounds else b"unchecked", digest_size=20)
@@ -29,7 +29,7 @@ def origin_of(
         found.update(f"{owner} {name} {value!r}\0".encode("utf-8", "surrogatepass"))
     for name, type in names.predefined.handed_in.items():
         found.update(f"{name} {type.name} {type.guid!r}\0".encode())
-    for unit in given:
+    for unit in predefined:
         record = unit.__iec__
         found.update(f"{record.name} {record.guid!r}".encode() + record.default)
     return found.hexdigest()

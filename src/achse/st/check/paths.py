@@ -254,7 +254,7 @@ class Paths:
         body = self._body
         if whole.entry is None:
             assert whole.type is not None
-            return body.names.of_given(whole.type, key, at)
+            return body.names.of_predefined(whole.type, key, at)
         names = body.checking.names
         scope = names.scopes.scope(whole.entry)
         if key in scope.variables:

@@ -57,12 +57,12 @@ class WarmChecking(Checking):
     def __init__(
         self,
         names: Resolver,
-        given: Iterable[type[StaticRecord]] = (),
+        predefined: Iterable[type[StaticRecord]] = (),
         *,
         check_bounds: bool = True,
         inspect: Inspection | None = None,
     ) -> None:
-        super().__init__(names, given, check_bounds=check_bounds)
+        super().__init__(names, predefined, check_bounds=check_bounds)
         self._inspect = inspect
         self.nodes: dict[str, CheckNode] = {_ROOT: CheckNode()}
         self.is_exact = True

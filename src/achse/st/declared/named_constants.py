@@ -12,7 +12,7 @@ from achse.iec.derived import PointerType, ReferenceType, resolved
 from achse.iec.enums import EnumType
 from achse.iec.structs import StructType
 from achse.iec.types import IecType
-from achse.st.declared.given import GivenTypes
+from achse.st.declared.predefined import PredefinedTypes
 from achse.st.declared.scopes import Declared, DeclaredUnit, Failed, Scope, Scopes, with_bases
 from achse.st.lexis.codes import Code
 from achse.st.syntax.cursor import Unexpected
@@ -48,21 +48,25 @@ class NamedConstants:
     """
 
     def __init__(
-        self, scopes: Scopes, types: _Types, given: GivenTypes, constants: Mapping[str, object]
+        self,
+        scopes: Scopes,
+        types: _Types,
+        predefined: PredefinedTypes,
+        constants: Mapping[str, object],
     ) -> None:
         self._scopes = scopes
         self._types = types
-        self._predefined = given
-        self._given_constants = {name.lower(): value for name, value in constants.items()}
+        self._predefined = predefined
+        self._predefined_constants = {name.lower(): value for name, value in constants.items()}
 
-    def is_given(self, key: str) -> bool:
+    def is_predefined(self, key: str) -> bool:
         """Return True if a constant of that name, in lower case, is passed in."""
-        return key in self._given_constants
+        return key in self._predefined_constants
 
     def known(self) -> Iterator[tuple[str, str, object]]:
         """Owner, name and value of each constant that is handed in, or was worked out so far."""
-        for name, given in self._given_constants.items():
-            yield "", name, given
+        for name, value in self._predefined_constants.items():
+            yield "", name, value
         for scope in self._scopes.asked:
             for name, found in scope.constants.items():
                 if found is not None:
@@ -108,8 +112,8 @@ class NamedConstants:
             return found
         if keys[0] in self._scopes.globals:
             raise NotConstant(at)
-        if keys[-1] in self._given_constants:
-            return self._given_constant(keys[-1], at)
+        if keys[-1] in self._predefined_constants:
+            return self._predefined_constant(keys[-1], at)
         if len(keys) > 1 and (
             keys[-1] in self._scopes.globals or keys[-1] in self._scopes.loose_values
         ):
@@ -153,8 +157,8 @@ class NamedConstants:
             )
         if values:
             return self._enum_value(values[0], key, at)
-        if key in self._given_constants:
-            return self._given_constant(key, at)
+        if key in self._predefined_constants:
+            return self._predefined_constant(key, at)
         if key in self._scopes.entries:
             raise NotConstant(at)
         further = self._predefined.values(key)
@@ -173,9 +177,9 @@ class NamedConstants:
             name = ".".join(keys[:cut])
             entry = self._scopes.find(name, space)
             if entry is None:
-                given = self._predefined.find(name, at)
-                if given is not None and isinstance(given := resolved(given), EnumType):
-                    return self._member(given, keys[cut], at)
+                type = self._predefined.find(name, at)
+                if type is not None and isinstance(type := resolved(type), EnumType):
+                    return self._member(type, keys[cut], at)
             elif isinstance(entry.tree, TypeDeclaration):
                 return self._enum_value(entry, keys[cut], at)
             else:
@@ -203,8 +207,8 @@ class NamedConstants:
                 return Constant(number, type)
         raise Unexpected(at, f"{type.name} has no value '{key[:80]}'", Code.UNKNOWN_ENUM_VALUE)
 
-    def _given_constant(self, key: str, at: int) -> Constant:
-        value = self._given_constants[key]
+    def _predefined_constant(self, key: str, at: int) -> Constant:
+        value = self._predefined_constants[key]
         if not isinstance(value, int | float | str):
             raise NotConstant(at)
         return Constant(value)

@@ -19,7 +19,7 @@ from achse.st.declared.block_layouts import (
 )
 from achse.st.declared.callables import methods_of, properties_of
 from achse.st.declared.scopes import DeclaredUnit, Failed, Scope, attributes_of
-from achse.st.declared.starts import StartValues, start_value
+from achse.st.declared.start_values import StartValues, start_value
 from achse.st.lexis.codes import Code
 from achse.st.syntax.cursor import Unexpected
 from achse.st.syntax.tree import (

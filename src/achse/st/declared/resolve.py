@@ -26,8 +26,8 @@ from achse.iec.strings import STRING, WSTRING
 from achse.iec.structs import Record, RecordKind, RecordMeta, StructType
 from achse.iec.types import IecType
 from achse.iec.variables import Address as Place
-from achse.st.declared.given import FurtherTypes, GivenTypes
 from achse.st.declared.named_constants import NamedConstants
+from achse.st.declared.predefined import FurtherTypes, PredefinedTypes
 from achse.st.declared.records import LARGEST, Records
 from achse.st.declared.scopes import (
     DeclaredUnit,
@@ -89,7 +89,7 @@ class Resolver:
         references: References | None = None,
     ) -> None:
         self.scopes = Scopes(references)
-        self.predefined = GivenTypes(types, rules.pointer_size, further)
+        self.predefined = PredefinedTypes(types, rules.pointer_size, further)
         self.constants = NamedConstants(self.scopes, self, self.predefined, constants)
         self.rules = rules
         self.config_addresses: dict[str, tuple[DirectAddress, Source]] = {}

@@ -18,9 +18,9 @@ from pathlib import Path, PurePosixPath, PureWindowsPath
 from urllib.parse import unquote
 from weakref import WeakValueDictionary
 
+from achse.st.files.defines import SourceDefines
 from achse.st.files.envelope import WITHOUT_TEXT, TaskDeclaration, parse_envelope, read_task
 from achse.st.files.exports import parse_export, tasks_of_export
-from achse.st.files.facts import DeclaredFacts
 from achse.st.files.forms import Content, form_of, has_content, suffixes_of
 from achse.st.files.plcopen.documents import (
     PLCOPEN_HEAD,
@@ -80,8 +80,8 @@ def read_sources(
         sources.append(parsed)
     known = defines if isinstance(defines, Mapping) else dict.fromkeys(_names(defines), "")
     for index, file, name in asking:
-        facts = DeclaredFacts(known, sources[index], sources)
-        sources[index] = parse_file(file, name, defines=facts)
+        conditions = SourceDefines(known, sources[index], sources)
+        sources[index] = parse_file(file, name, defines=conditions)
     return sources, tasks
 
 

@@ -42,7 +42,7 @@ _BESIDE = (LIBRARY_TYPES, *suffixes_of(Content.PROJECT, Content.SYSTEM, Content.
 _MOST_FILES = 16
 """Files that come, go or change at once; of more the project is read again."""
 
-Given = Callable[[Sequence[TaskDeclaration]], Iterable[type[StaticRecord]]]
+PredefinedLists = Callable[[Sequence[TaskDeclaration]], Iterable[type[StaticRecord]]]
 LintRules = Callable[[Path], LintOptions]
 
 
@@ -58,14 +58,14 @@ class Extent(Enum):
     """The project, after its files were read again."""
 
 
-def _nothing_given(tasks: Sequence[TaskDeclaration]) -> Iterable[type[StaticRecord]]:
+def _no_predefined(tasks: Sequence[TaskDeclaration]) -> Iterable[type[StaticRecord]]:
     return ()
 
 
 class Workspace:
     """A project in memory. `findings` are those that a check of the same texts would have.
 
-    `given` returns the variable lists that a runtime declares for the tasks of a project.
+    `predefined` returns the variable lists that a runtime declares for the tasks of a project.
     `lint_rules` returns the rules of the linter that are on, without it there are none.
     """
 
@@ -75,7 +75,7 @@ class Workspace:
         *,
         libraries: Iterable[str | Path] = (),
         defines: Defines = (),
-        given: Given = _nothing_given,
+        predefined: PredefinedLists = _no_predefined,
         check_all: bool = False,
         lint_rules: LintRules | None = None,
         open_files: Mapping[Path, bytes] | None = None,
@@ -83,7 +83,7 @@ class Workspace:
         self.path = Path(path)
         self.libraries = tuple(Path(item) for item in libraries)
         self._defines = defines
-        self._predefined_of = given
+        self._predefined_of = predefined
         self._check_all = check_all
         self._contents = {file_key(file): text for file, text in (open_files or {}).items()}
         """Texts of files that are open, by `file_key`."""

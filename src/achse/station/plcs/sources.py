@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from achse.st.declare import Declarations
     from achse.st.files.solution import NcMappings
     from achse.st.lexis.source import Diagnostic
-    from achse.st.missing import MissingLibrary
+    from achse.st.missing.libraries import MissingLibrary
     from achse.st.reach import Reach
 
 _SHOWN_FAULTS = 20
@@ -149,7 +149,7 @@ class PlcSource:
         system = system_info_list(list_of_tasks, app_name="", project_name="", port=0, timestamp=0)
         project = check(
             declared.declarations,
-            given=[system],
+            predefined=[system],
             check_bounds=self.config.check_bounds,
             reach=declared.reach,
             unreached=declared.unreached,
@@ -174,7 +174,7 @@ class PlcSource:
         self, missing: Sequence["MissingLibrary"], faults: Sequence["Diagnostic"]
     ) -> None:
         """Log the faults in bodies; those that follow from a missing library are one line."""
-        from achse.st.missing import findings_by_library, line_of_library  # few need it
+        from achse.st.missing.libraries import findings_by_library, line_of_library  # few need it
 
         libraries, apart = findings_by_library(missing, faults)
         for fault in apart[:_SHOWN_FAULTS]:
@@ -324,11 +324,11 @@ class PlcSource:
                     programs=called or None,
                 ),
             )
-            if project.stand_ins:
-                lines = sum(text.count("\n") for text in project.stand_ins.values())
+            if project.stubs:
+                lines = sum(text.count("\n") for text in project.stubs.values())
                 log.warning(
-                    "%s: %d lines of stand-ins for undeclared names;"
-                    " achse check %s --stand-ins FOLDER writes them",
+                    "%s: %d lines of stubs for undeclared names;"
+                    " achse check %s --stubs FOLDER writes them",
                     self.key,
                     lines,
                     config.sources,

@@ -4,10 +4,10 @@ import pytest
 
 from achse.st.declared.scopes import Scopes
 from achse.st.lexis.source import Source
+from achse.st.missing.trees import bases_of, is_plain, literal_text
 from achse.st.syntax.parser import parse
 from achse.st.syntax.tree import ArrayOf, Literal
 from achse.st.syntax.units import FunctionBlock, Interface
-from achse.st.unknown.trees import bases_of, is_plain, literal_text
 
 
 @pytest.mark.parametrize(

@@ -18,6 +18,15 @@ from achse.iec.types import IecType
 from achse.st.declared.resolve import Resolver
 from achse.st.declared.scopes import DeclaredUnit, Failed, Scope
 from achse.st.declared.signatures import BlockSignature
+from achse.st.missing.built_in import is_built_in, result_text
+from achse.st.missing.trees import (
+    bases_of,
+    is_plain,
+    is_variable_list,
+    literal_text,
+    part_of,
+)
+from achse.st.missing.uses import MissingUse
 from achse.st.syntax.cursor import Unexpected
 from achse.st.syntax.printer import print_type
 from achse.st.syntax.tree import (
@@ -51,15 +60,6 @@ from achse.st.syntax.units import (
     Property,
     TypeDeclaration,
 )
-from achse.st.unknown.built_in import is_built_in, result_text
-from achse.st.unknown.trees import (
-    bases_of,
-    is_plain,
-    is_variable_list,
-    literal_text,
-    part_of,
-)
-from achse.st.unknown.uses import MissingUse
 from achse.st.values.functions import is_standard
 
 _IDENTIFIER = re.compile(r"\w+(?:\.\w+)*", re.ASCII)
@@ -108,10 +108,10 @@ class Meanings:
         return self._is_other_by_name[key]
 
     def _is_without_source(self, spec: NamedType) -> bool:
-        given = self._names.predefined
-        found = given.find(spec.name, spec.at)
+        predefined = self._names.predefined
+        found = predefined.find(spec.name, spec.at)
         name = spec.name.rpartition(".")[2]
-        if spec.name in given or name in given:
+        if spec.name in predefined or name in predefined:
             return False
         if isinstance(found, StructType) and (
             found.kind is RecordKind.FUNCTION_BLOCK or self._is_other(found)
@@ -242,7 +242,7 @@ class Meanings:
                 or is_standard(name.upper())
                 or self._names.predefined.find(name, 0) is not None
                 or self._names.predefined.values(key)
-                or self._names.constants.is_given(key)
+                or self._names.constants.is_predefined(key)
             ):
                 return True, None
         return False, None
@@ -424,7 +424,7 @@ class Meanings:
                 waiting += self._require_blocks_of(use)
 
     def _base(self, name: str, scope: Scope) -> tuple[bool, MissingUse | None]:
-        """Return True if a base can be declared, and its use if it needs a stand-in."""
+        """Return True if a base can be declared, and its use if it needs a stub."""
         spec = NamedType(name)
         if not self.is_missing(spec, scope):
             return self._scopes.find(name, scope.space) is not None, None

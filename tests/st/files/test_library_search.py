@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from achse.iec import StructType, resolved
-from achse.st.files.shelf import gather, references_in
+from achse.st.files.library_search import gather, references_in
 from achse.st.lexis.source import Diagnostic, SourceError
 from achse.st.project import examine_project, load_project
 

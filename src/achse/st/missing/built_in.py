@@ -3,7 +3,7 @@
 Source: IEC 61131-3 (2013) table 19 (calls); operators and system names of TwinCAT 3.
 """
 
-from achse.st.unknown.uses import LONG_TEXT
+from achse.st.missing.uses import LONG_TEXT
 from achse.st.values.functions import is_standard
 
 _BUILT_IN = frozenset(

@@ -2,8 +2,8 @@
 
 from achse.st.declare import examine
 from achse.st.lexis.source import Source
+from achse.st.missing.walk import MissingNames
 from achse.st.syntax.parser import parse
-from achse.st.unknown import MissingNames
 
 
 def missing(text: str) -> MissingNames:

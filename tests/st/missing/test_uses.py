@@ -1,6 +1,6 @@
 """What is known of a missing name grows with its uses."""
 
-from achse.st.unknown.uses import LONG_TEXT, MissingUse
+from achse.st.missing.uses import LONG_TEXT, MissingUse
 
 
 def test_literals_tell_least() -> None:

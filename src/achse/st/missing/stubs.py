@@ -1,4 +1,4 @@
-"""Stand-ins: declarations for what a project uses and nothing declares, as Structured Text.
+"""Stubs: declarations for what a project uses and nothing declares, as Structured Text.
 
 A type has the members, inputs, outputs and methods that the project uses, an enumeration the
 values. What no use tells is guessed from the name (`bBusy` is a BOOL) and has a question mark.
@@ -18,10 +18,10 @@ from achse.iec.structs import RecordKind, StructType
 from achse.iec.variables import Section
 from achse.st.declared.signatures import is_open_array, open_array
 from achse.st.lexis.words import KEYWORDS
+from achse.st.missing.uses import MissingUse, open_bounds
+from achse.st.missing.walk import MissingNames
 from achse.st.syntax.printer import print_type
 from achse.st.syntax.units import Method
-from achse.st.unknown.uses import MissingUse, open_bounds
-from achse.st.unknown.walk import MissingNames
 
 TYPES_FILE = "types.st"
 LISTS_FILE = "constants.st"
@@ -74,7 +74,7 @@ _WORDS = {
 }
 _PREFIX = re.compile(r"([a-z]{1,3})[A-Z0-9_]")
 _ANY = {"pvalue", "disize"}
-_MARK = "{attribute 'stand_in'}"
+_MARK = "{attribute 'stub'}"
 """Of blocks whose interfaces are not known: each fits any."""
 _LIST = re.compile(r"GVL|Global|Const|Param|Lib|^Tc\d|^G_", re.IGNORECASE)
 """Names that are those of lists and libraries, and not of enumerations."""
@@ -89,7 +89,7 @@ _EVENTS = "TC_EVENTS"
 _PARAMETERS = ("VAR_INPUT", "VAR_OUTPUT", "VAR_IN_OUT")
 
 
-def stand_ins(missing: MissingNames) -> dict[str, str]:
+def stub_files(missing: MissingNames) -> dict[str, str]:
     """Files of Structured Text by name: the types, and one for each list of variables.
 
     Nothing is in there if nothing is missing.
@@ -380,7 +380,7 @@ class _Writer:
             yield "END_METHOD"
 
     def _own_names(self, type: str) -> str:
-        """The text of a type, where other stand-ins bear no library in front."""
+        """The text of a type, where other stubs bear no library in front."""
         return _QUALIFIED.sub(
             lambda found: found[1] if found[1].lower() in self._types else found[0], type
         )

@@ -7,7 +7,7 @@ import pytest
 from achse.st.files.references import LibraryReference
 from achse.st.lexis.codes import Code
 from achse.st.lexis.source import Diagnostic, Location, Source
-from achse.st.missing import MissingLibrary, findings_by_library, missing_libraries
+from achse.st.missing.libraries import MissingLibrary, findings_by_library, missing_libraries
 from achse.st.project import examine_project
 from achse.st.syntax.parser import parse
 from achse.station import Station

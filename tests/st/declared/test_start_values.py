@@ -8,7 +8,7 @@ from achse.iec import DINT, INT, IecType, StructType
 from achse.iec.layout import TC3_X64
 from achse.iec.variables import PointedValue
 from achse.st.declared.resolve import Resolver
-from achse.st.declared.starts import StartValues
+from achse.st.declared.start_values import StartValues
 from achse.st.lexis.source import Source
 from achse.st.syntax.cursor import Unexpected
 from achse.st.syntax.parser import Parser, parse

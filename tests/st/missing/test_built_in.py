@@ -2,7 +2,7 @@
 
 import pytest
 
-from achse.st.unknown.built_in import is_built_in, result_text
+from achse.st.missing.built_in import is_built_in, result_text
 
 
 @pytest.mark.parametrize(

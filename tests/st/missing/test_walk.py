@@ -4,8 +4,8 @@ import pytest
 
 from achse.st.declare import declare, examine
 from achse.st.lexis.source import SourceError
+from achse.st.missing.walk import MissingNames
 from achse.st.syntax.parser import parse
-from achse.st.unknown import MissingNames
 
 
 def test_all_missing_types_at_once() -> None:

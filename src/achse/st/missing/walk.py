@@ -9,6 +9,17 @@ from typing import Any
 from achse.st.declared.resolve import Resolver
 from achse.st.declared.scopes import DeclaredUnit, Scope, blocks_of
 from achse.st.graphical.body import GraphicalBody
+from achse.st.missing.meanings import TRUTHS, Meanings, Sense
+from achse.st.missing.trees import (
+    bases_of,
+    blocks_and_results,
+    children,
+    leaves,
+    numbers_of,
+    parameters_of,
+    part_of,
+)
+from achse.st.missing.uses import MissingUse
 from achse.st.syntax.tree import (
     NO_NOTE,
     Argument,
@@ -50,17 +61,6 @@ from achse.st.syntax.units import (
     Property,
     TypeDeclaration,
 )
-from achse.st.unknown.meanings import TRUTHS, Meanings, Sense
-from achse.st.unknown.trees import (
-    bases_of,
-    blocks_and_results,
-    children,
-    leaves,
-    numbers_of,
-    parameters_of,
-    part_of,
-)
-from achse.st.unknown.uses import MissingUse
 
 _NUMBERS = ("+", "-", "*", "/", "MOD")
 _COUNTS = ("sint", "usint", "int", "uint", "dint", "udint", "byte", "word", "dword")

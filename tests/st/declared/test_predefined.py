@@ -8,7 +8,7 @@ import pytest
 
 from achse.iec import BOOL, DINT, INT, EnumType, IecType
 from achse.iec.errors import DeclarationError
-from achse.st.declared.given import GivenTypes
+from achse.st.declared.predefined import PredefinedTypes
 from achse.st.declared.signatures import BlockSignature
 from achse.st.lexis.codes import Code
 from achse.st.lexis.source import Diagnostic, Location, SourceError
@@ -51,13 +51,13 @@ class File:
         return BlockSignature("FB_Base") if name == "FB_X" else None
 
 
-GIVEN = GivenTypes({"A": DINT, "B": BOOL, "E_Side": INT}, 8)
-WITH_FILE = GivenTypes({"A": DINT}, 8, File())
+GIVEN = PredefinedTypes({"A": DINT, "B": BOOL, "E_Side": INT}, 8)
+WITH_FILE = PredefinedTypes({"A": DINT}, 8, File())
 
 
 def test_dt_is_date_and_time_to_clients() -> None:
     for name in ("DT", "dt", "DATE_AND_TIME"):
-        found = GivenTypes({}, 8).find(name, 0)
+        found = PredefinedTypes({}, 8).find(name, 0)
         assert found is not None
         assert found.name == "DATE_AND_TIME"
 
@@ -79,7 +79,7 @@ def test_elementary_types_are_there_also_by_their_long_names() -> None:
 
 @pytest.mark.parametrize("pointer_size", [4, 8])
 def test_some_are_as_wide_as_a_pointer(pointer_size: int) -> None:
-    found = GivenTypes({}, pointer_size).find("PVOID", 0)
+    found = PredefinedTypes({}, pointer_size).find("PVOID", 0)
     assert found is not None
     assert found.size == pointer_size
 

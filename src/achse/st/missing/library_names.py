@@ -15,10 +15,10 @@ import re
 from collections.abc import Callable, Container, Iterable, Sequence
 from difflib import get_close_matches
 
-from achse.st.unknown.built_in import is_built_in
-from achse.st.unknown.meanings import Meanings
-from achse.st.unknown.standins import is_list
-from achse.st.unknown.uses import MissingUse
+from achse.st.missing.built_in import is_built_in
+from achse.st.missing.meanings import Meanings
+from achse.st.missing.stubs import is_list
+from achse.st.missing.uses import MissingUse
 
 _CLOSE = 0.9
 _MISSPELT = 0.95

@@ -1,7 +1,7 @@
 """Libraries of the user: projects in folders, found by the title that other projects name.
 
-A folder or file with one project, or with loose sources, is taken whole. Of a folder with several
-projects those are taken that somebody references: by title, or by the name of the project file.
+A folder or file with one project, or with loose sources, is loaded whole. Of a folder with several
+projects only referenced ones are loaded: by title, or by the name of the project file.
 
 Source: project files and library folders of TwinCAT 3, seen in public projects.
 """
@@ -45,7 +45,7 @@ _FURTHER_TITLES = ("Tc2_NC", "PlcNc", "TcNcUtilities")
 
 
 class Gathered(NamedTuple):
-    """The libraries of a project: their sources, and those that are nowhere."""
+    """The libraries of a project: their sources, and missing libraries."""
 
     sources: tuple[Parsed, ...]
     missing: tuple[LibraryReference, ...]
@@ -77,20 +77,20 @@ def gather(
 
     `places` are folders and files of the user. What cannot be read goes into `faults`.
     """
-    shelf = _Shelf(places)
+    folders = _LibraryFolders(places)
     sources: list[Parsed] = []
     missing: dict[str, LibraryReference] = {}
     taken: dict[Path, None] = {}
     waiting = list(references)
     own = {"": _come_with_achse(waiting)}
-    for place in shelf.whole:
-        whole, title = read_sources(place, defines, faults)[0], shelf.title(place)
+    for place in folders.whole:
+        whole, title = read_sources(place, defines, faults)[0], folders.title(place)
         named = (item.namespace for item in waiting if plain_title(title) in item.titles)
         namespace = next(named, "")
         for parsed in whole:
             parsed.source.library, parsed.source.namespace = title, namespace
         sources += whole
-        further = shelf.references(place)
+        further = folders.references(place)
         own[title] = _come_with_achse(further)
         waiting += further
     here = {plain_title(name) for name in (*libraries.names(), *_FURTHER_TITLES)}
@@ -107,9 +107,11 @@ def gather(
         if title in seen:
             continue
         seen.add(title)
-        if not shelf.titles_of_whole.isdisjoint(titles):
+        if not folders.titles_of_whole.isdisjoint(titles):
             continue
-        project = next((shelf.projects[name] for name in titles if name in shelf.projects), None)
+        project = next(
+            (folders.projects[name] for name in titles if name in folders.projects), None
+        )
         if project is None:
             missing[title] = reference
         elif project not in taken:
@@ -119,11 +121,13 @@ def gather(
                 parsed.source.library = reference.title
                 parsed.source.namespace = reference.namespace
             sources += (_with_parameters(parsed, reference, faults) for parsed in read)
-            further = shelf.references(project)
+            further = folders.references(project)
             own[reference.title] = _come_with_achse(further)
             waiting += further
-    containers = {title: shelf.containers[title] for title in missing if title in shelf.containers}
-    projects = [*shelf.only_projects, *taken]
+    containers = {
+        title: folders.containers[title] for title in missing if title in folders.containers
+    }
+    projects = [*folders.only_projects, *taken]
     beside = dict.fromkeys(file for project in projects for file in symbol_files(project))
     return Gathered(
         tuple(sources),
@@ -147,7 +151,7 @@ def _come_with_achse(references: Iterable[LibraryReference]) -> Mapping[str, Seq
     return found
 
 
-class _Shelf:
+class _LibraryFolders:
     """Projects and sources at the places of the user."""
 
     def __init__(self, places: Iterable[Path]) -> None:
@@ -175,7 +179,7 @@ class _Shelf:
                     self._note(item)
 
     def _note(self, file: Path) -> None:
-        """Under a vendor's folder a library lies as title/version/file."""
+        """Note a library that the vendor's tools store as title/version/file."""
         for name in (file.stem, *(part.name for part in list(file.parents)[:2])):
             self.containers.setdefault(plain_title(name), file.name)
 
@@ -200,13 +204,15 @@ class _Shelf:
 
 
 def _titles(project: Path) -> Iterator[str]:
-    """By which a project is found. All of many projects are asked, few are needed: so none is
-    read in full."""
+    """Return the titles of a project, by its file name and by its title.
+
+    Few of many projects are needed, so none is read in full.
+    """
     yield plain_title(project.stem)
     try:
         found = _TITLE.search(content_of(project, project.name))
     except SourceError:
-        return  # told when somebody needs it
+        return  # reported when a project references it
     if found is not None:
         yield plain_title(unescape(found[1].decode("utf-8", "replace")))
 

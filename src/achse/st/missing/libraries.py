@@ -104,7 +104,7 @@ class MissingLibrary:
         if self.is_here:
             return (
                 f"library {self.reference.title} lacks here what is needed by {', '.join(files)}:"
-                " stand-ins, which do nothing"
+                " stubs, which do nothing"
             )
         unread = (
             f" {self.container} is in a form that only the vendor's tools read."

@@ -1,4 +1,4 @@
-"""Stand-ins for undeclared names: what uses tell, and projects that load with them."""
+"""Stubs for undeclared names: what uses tell, and projects that load with them."""
 
 from pathlib import Path
 
@@ -7,9 +7,10 @@ import pytest
 from achse.st.check import check
 from achse.st.declare import declare, examine
 from achse.st.lexis.source import Source, SourceError
+from achse.st.missing.stubs import stub_files
+from achse.st.missing.walk import MissingNames
 from achse.st.project import examine_project, load_project
 from achse.st.syntax.parser import parse
-from achse.st.unknown import MissingNames, stand_ins
 
 PROJECT = """
 VAR_GLOBAL CONSTANT nOwn : INT := Lib.nMost; END_VAR
@@ -58,10 +59,10 @@ END_PROGRAM
 
 def files_of(text: str) -> dict[str, str]:
     found, _ = examine([parse(Source(text, "x.st"))])
-    return stand_ins(MissingNames(found.names))
+    return stub_files(MissingNames(found.names))
 
 
-def test_a_project_loads_and_checks_with_its_stand_ins() -> None:
+def test_a_project_loads_and_checks_with_its_stubs() -> None:
     files = files_of(PROJECT)
     assert sorted(files) == ["Lib.st", "types.st"]
     libraries = [parse(Source(text, name), name=name[:-3]) for name, text in files.items()]
@@ -100,9 +101,9 @@ def test_opaque_projects(tmp_path: Path) -> None:
     _, error = examine_project(tmp_path)
     assert error is not None
     project = load_project(tmp_path, unknown="opaque")
-    assert sorted(project.stand_ins) == ["Lib.st", "types.st"]
+    assert sorted(project.stubs) == ["Lib.st", "types.st"]
     (tmp_path / "x.st").write_text("PROGRAM MAIN END_PROGRAM")
-    assert load_project(tmp_path, unknown="opaque").stand_ins == {}
+    assert load_project(tmp_path, unknown="opaque").stubs == {}
 
 
 def test_real_faults_stay_faults(tmp_path: Path) -> None:
@@ -130,7 +131,7 @@ def test_interfaces_are_known_by_name_and_use(tmp_path: Path, uses: str, lines: 
     project, error = examine_project(tmp_path, unknown="opaque")
     assert error is None
     assert check(project.declarations).faults == ()
-    text = project.stand_ins["types.st"].splitlines()
+    text = project.stubs["types.st"].splitlines()
     assert set(lines) <= set(text)
 
 

@@ -50,7 +50,7 @@ class FurtherTypes(Protocol):
         ...
 
 
-class GivenTypes:
+class PredefinedTypes:
     """Types by name, without case: handed in (of libraries, of Python code), elementary, `further`.
 
     A name space in front of a name that is handed in may be left out there.

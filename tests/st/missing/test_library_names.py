@@ -1,4 +1,4 @@
-"""Stand-ins of libraries that a project references and that are not here."""
+"""Stubs of libraries that a project references and that are not here."""
 
 from pathlib import Path
 
@@ -56,10 +56,10 @@ def _examined(folder: Path, text: str, library: str = "Lib") -> tuple[Project, l
         "VAR i : I_Forward; END_VAR i.Step();",
     ],
 )
-def test_names_of_a_missing_library_get_stand_ins(tmp_path: Path, uses: str) -> None:
+def test_names_of_a_missing_library_get_stubs(tmp_path: Path, uses: str) -> None:
     project, faults = _examined(tmp_path, f"PROGRAM P {uses} END_PROGRAM {OWN}")
     assert faults == []
-    assert project.stand_ins
+    assert project.stubs
     assert check(project.declarations).faults == ()
 
 
@@ -67,7 +67,7 @@ def test_names_of_a_known_library_are_known_by_their_form(tmp_path: Path) -> Non
     text = "PROGRAM P VAR a : FB_VN_Image; b : FB_Other; END_VAR END_PROGRAM"
     project, faults = _examined(tmp_path, text, "Tc3_Vision")
     assert faults == ["no type is named 'FB_Other'"]
-    assert "FB_VN_Image" in project.stand_ins["types.st"]
+    assert "FB_VN_Image" in project.stubs["types.st"]
 
 
 def test_misspelled_name_of_an_own_type_stays_a_fault(tmp_path: Path) -> None:
@@ -75,12 +75,12 @@ def test_misspelled_name_of_an_own_type_stays_a_fault(tmp_path: Path) -> None:
     text += "PROGRAM P VAR a : ST_Positoin; END_VAR END_PROGRAM"
     project, faults = _examined(tmp_path, text)
     assert faults == ["no type is named 'ST_Positoin'; near: ST_Position"]
-    assert project.stand_ins == {}
+    assert project.stubs == {}
 
 
 def test_instance_that_is_not_declared_stays_a_fault(tmp_path: Path) -> None:
     project, faults = _examined(tmp_path, "PROGRAM P fbMove.Execute := TRUE; END_PROGRAM")
-    assert project.stand_ins == {}
+    assert project.stubs == {}
     assert faults == []  # the check of bodies finds it
 
 
@@ -97,7 +97,7 @@ def test_block_of_a_symbol_file_gets_the_methods_that_are_called(tmp_path: Path)
     text += " n := a.nHours; END_PROGRAM"
     _, faults = _examined(tmp_path, text)
     assert faults == []
-    lines = load_project(tmp_path).stand_ins["types.st"].splitlines()
+    lines = load_project(tmp_path).stubs["types.st"].splitlines()
     assert [line.strip() for line in lines[:12]] == [
         "FUNCTION_BLOCK FB_Lamp",
         "VAR_INPUT",
@@ -153,7 +153,7 @@ def test_interface_of_a_symbol_file_has_its_methods_if_no_library_is_missing(
     project, error = examine_project(tmp_path)
     assert error is None
     assert check(project.declarations).faults == ()
-    assert "METHOD Begin : HRESULT" in project.stand_ins["types.st"]
+    assert "METHOD Begin : HRESULT" in project.stubs["types.st"]
 
 
 def test_block_inside_a_block_of_a_symbol_file_gets_its_methods(tmp_path: Path) -> None:
@@ -176,7 +176,7 @@ IF b THEN F_RaiseException(3); END_IF END_PROGRAM"""
     project, faults = _examined(tmp_path, text)
     assert faults == []
     assert check(project.declarations).faults == ()
-    assert "FUNCTION " not in project.stand_ins["types.st"].replace("FUNCTION_BLOCK", "")
+    assert "FUNCTION " not in project.stubs["types.st"].replace("FUNCTION_BLOCK", "")
 
 
 PROJECT = (
@@ -196,12 +196,12 @@ PROJECT = (
         "VAR a : MDP5001_341_A3044239; n : INT; END_VAR n := a.Value;",
     ],
 )
-def test_names_that_a_library_of_ours_lacks_get_stand_ins(tmp_path: Path, uses: str) -> None:
+def test_names_that_a_library_of_ours_lacks_get_stubs(tmp_path: Path, uses: str) -> None:
     (tmp_path / "a.st").write_text(f"PROGRAM P {uses} END_PROGRAM")
     (tmp_path / "a.plcproj").write_text(PROJECT)
     project = load_project(tmp_path)
     assert check(project.declarations).faults == ()
-    assert project.stand_ins
+    assert project.stubs
     assert "lacks here what is needed by a.st" in str(project.missing[0])
     assert check(examine_project(tmp_path, unknown="refuse")[0].declarations).faults != () or (
         examine_project(tmp_path, unknown="refuse")[1] is not None
@@ -217,4 +217,4 @@ def test_other_names_are_faults_where_each_library_is_here(tmp_path: Path, name:
     project, error = examine_project(tmp_path)
     assert error is not None
     assert project.missing == ()
-    assert project.stand_ins == {}
+    assert project.stubs == {}

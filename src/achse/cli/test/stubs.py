@@ -1,25 +1,26 @@
-"""Declarations for names that sources use and nothing declares: `achse check --stand-ins`."""
+"""Declarations for names that sources use and nothing declares: `achse check --stubs`."""
 
 from pathlib import Path
 
 from achse.cli.failure import fail
 from achse.cli.output import print_json
 from achse.st.lexis.source import SourceError
+from achse.st.missing.stubs import stub_files
+from achse.st.missing.walk import MissingNames
 from achse.st.project import examine_project
-from achse.st.unknown import MissingNames, stand_ins
 
 
-def write_stand_ins(sources: Path, to: Path, libraries: list[Path], in_json: bool) -> None:
+def write_stubs(sources: Path, to: Path, libraries: list[Path], in_json: bool) -> None:
     """Write the declarations to a folder, over no file that is there."""
     try:
         project, _ = examine_project(sources, libraries=libraries, unknown="refuse")
     except SourceError as fault:
         fail(str(fault))
     missing = MissingNames(project.declarations.names)
-    files = {to / name: text for name, text in stand_ins(missing).items()}
+    files = {to / name: text for name, text in stub_files(missing).items()}
     for file in files:
         if file.exists():
-            fail(f"{file} exists already: name another folder by --stand-ins")
+            fail(f"{file} exists already: name another folder by --stubs")
     if files:
         _make_folder(to)
     for file, text in files.items():

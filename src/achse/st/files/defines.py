@@ -1,4 +1,4 @@
-"""Facts about a project for conditional pragmas: what its sources declare, by name."""
+"""Defines of conditional pragmas: declared variables, types and units of a project, by name."""
 
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
@@ -20,9 +20,9 @@ from achse.st.syntax.units import (
 )
 
 
-class DeclaredFacts(ProjectDefines):
-    """Facts for conditions in one source: its own variables, variables of lists, all types and
-    units.
+class SourceDefines(ProjectDefines):
+    """Defines for the conditions in one source: its own variables, variables of lists, all types
+    and units.
 
     A variable counts for the whole file it is declared in: the unit that a pragma is in shows
     only when the text is read.

@@ -14,6 +14,7 @@ from achse.iec.times import TimeType
 from achse.iec.types import IecType
 from achse.st.declared.scopes import Scopes, blocks_of
 from achse.st.lexis.literals import literal_value
+from achse.st.missing.uses import LONG_TEXT, MissingUse
 from achse.st.syntax.tree import (
     ArrayOf,
     EnumOf,
@@ -31,7 +32,6 @@ from achse.st.syntax.tree import (
     VarBlock,
 )
 from achse.st.syntax.units import Function, GlobalList, Interface, Method, Property, Unit
-from achse.st.unknown.uses import LONG_TEXT, MissingUse
 
 _PARAMETERS = ("VAR_INPUT", "VAR_OUTPUT", "VAR_IN_OUT")
 

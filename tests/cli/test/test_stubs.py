@@ -1,4 +1,4 @@
-"""`achse check --stand-ins`: declarations for missing names, never over files that are there."""
+"""`achse check --stubs`: declarations for missing names, never over files that are there."""
 
 import json
 from collections.abc import Callable
@@ -13,7 +13,7 @@ Lines = Callable[..., list[str]]
 Cli = Callable[..., Any]
 
 
-def test_stand_ins_for_missing_types(
+def test_stubs_for_missing_types(
     cli: Cli, lines: Lines, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
@@ -22,19 +22,19 @@ def test_stand_ins_for_missing_types(
         " fb(bRun := TRUE); END_PROGRAM"
     )
     station = Path("station.toml")
-    station.write_text('[[plc]]\nsources = "plc.st"\nlibraries = ["stand-ins"]\n')
-    assert "missing types" not in cli("check", "plc.st", "--stand-ins", "other").stderr
-    told = lines("check", "plc.st", "--stand-ins", "stand-ins")
+    station.write_text('[[plc]]\nsources = "plc.st"\nlibraries = ["stubs"]\n')
+    assert "missing types" not in cli("check", "plc.st", "--stubs", "other").stderr
+    told = lines("check", "plc.st", "--stubs", "stubs")
     assert told == [
-        "stand-ins/Lib.st: 3 lines",
-        "stand-ins/types.st: 12 lines",
-        'libraries = ["stand-ins"]',
+        "stubs/Lib.st: 3 lines",
+        "stubs/types.st: 12 lines",
+        'libraries = ["stubs"]',
     ]
     assert Station.load(station).plcs[851].instance("MAIN")["a"].type.count == 16
-    refused = cli("check", "plc.st", "--stand-ins", "stand-ins", exit_code=1).stderr
-    assert "stand-ins/Lib.st exists already" in refused
-    options = ("--library", "stand-ins", "--stand-ins", "third")
+    refused = cli("check", "plc.st", "--stubs", "stubs", exit_code=1).stderr
+    assert "stubs/Lib.st exists already" in refused
+    options = ("--library", "stubs", "--stubs", "third")
     assert json.loads(cli("check", "plc.st", *options, "--json").stdout) == {}
     assert not Path("third").exists()
     assert cli("check", "plc.st", *options).stdout == "nothing is missing\n"
-    cli("check", "nothing.st", "--stand-ins", "fourth", exit_code=1)
+    cli("check", "nothing.st", "--stubs", "fourth", exit_code=1)
