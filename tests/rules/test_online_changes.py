@@ -17,7 +17,7 @@ from achse.iec.structs import StructType
 from achse.native.backend import compiler_installed
 from achse.plc.bodies import Bodies
 from achse.plc.code.execution import CodeForm
-from achse.plc.retention.remains import inherit_variables, kept_variables
+from achse.plc.retention.retained_state import inherit_variables, retained_variables
 from achse.plc.runtime import PlcRuntime, PlcState
 from achse.plc.task import Task
 from achse.st.check import check
@@ -169,7 +169,7 @@ class Bench:
         before = deepcopy(self.state)
         if self.rng.random() < 0.5:
             self.edit(3)
-        kept = kept_variables(self.plc)
+        kept = retained_variables(self.plc)
         self.begin()
         inherit_variables(self.plc, kept)
         self.state.inherit(before)

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from achse.iec import plain
-from achse.plc.retention.remains import inherit_variables, kept_variables
+from achse.plc.retention.retained_state import inherit_variables, retained_variables
 from achse.plc.runtime import PlcState
 from tests.plc.code.conftest import Ran
 from tests.rules.oracle import INTEGERS, Cell, Env, Place, Stop, wrap
@@ -97,7 +97,7 @@ class Bench:
         """Anything that begins the variables again."""
         kind = self.rng.choice(["cold", "origin", "station"])
         if kind == "station":
-            kept = [kept_variables(each.plc) for each in self.plcs]
+            kept = [retained_variables(each.plc) for each in self.plcs]
             self.ran = Ran(self.project.text, exceptions=self.exceptions)
             for each, values in zip(self.plcs, kept, strict=True):
                 if each.plc.state is not PlcState.EXCEPTION:

@@ -115,7 +115,7 @@ class Bodies:
         after: "Bodies | None" = None,
         keeps_statics: bool = False,
     ) -> None:
-        """All variables have their place: make the code for them.
+        """Make the code for placed variables.
 
         `after` are the bodies that these follow in the same memory. With `keeps_statics`, VAR_STAT
         variables of functions stay where they are, too: no declaration has changed.
@@ -184,8 +184,8 @@ class Bodies:
         return self._running().function(unit.body)
 
     def begin_cycle(self) -> None:
-        """The whole budget again, and what came from outside."""
-        self._running().refuel()
+        """Reset the budget, and let the services apply their input."""
+        self._running().reset_budget()
         self._running().allow_calls()
         if self._services is not None:
             self._services.begin_cycle(self.context)

@@ -10,7 +10,7 @@ from achse.iec.structs import StaticRecord, StructType
 from achse.iec.types import IecType
 from achse.iec.variables import Variable
 from achse.plc.lifecycle.instance_paths import put_instance_paths
-from achse.plc.lifecycle.starts import put_start_values
+from achse.plc.lifecycle.start_values import put_start_values
 from achse.plc.memory import Memory
 from achse.plc.program import PlacedUnit, PlacedVariable, place, place_statics
 from achse.plc.task import Task

@@ -260,7 +260,7 @@ def _is_spared(variable: Variable[Any, Any]) -> bool:
 def _remanent_parts(type: IecType[Any], offset: int = 0) -> Iterator[tuple[int, int]]:
     """Offset and size of the retain and persistent members inside a variable.
 
-    A BIT has neighbours in its byte: `remains` brings it back.
+    A BIT has neighbours in its byte: `retained_state` restores it.
     """
     type = resolved(type)
     if isinstance(type, StructType):

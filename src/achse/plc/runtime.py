@@ -14,12 +14,12 @@ from achse.iec.structs import StaticRecord
 from achse.iec.variables import Section
 from achse.plc.changes import TrialPlacement, calls_like, with_code
 from achse.plc.code.faults import FaultReport, report_of
+from achse.plc.lifecycle.instance_moves import InstanceMoves, layouts
 from achse.plc.lifecycle.instance_paths import put_instance_paths
-from achse.plc.lifecycle.lives import Moves, layouts
-from achse.plc.lifecycle.starts import put_start_values
+from achse.plc.lifecycle.start_values import put_start_values
 from achse.plc.memory import Area, AreaFullError, Memory
 from achse.plc.program import PlacedUnit, PlacedVariable, hand_to_blocks, place, place_statics
-from achse.plc.retention.past import Past
+from achse.plc.retention.online_change_snapshot import OnlineChangeSnapshot
 from achse.plc.system_info import SystemInfo, system_info_list
 from achse.plc.task import Stopwatch, Task
 
@@ -133,14 +133,14 @@ class PlcRuntime:
         self.warnings = left if self.bodies is None else ()  # else its code does what is left
         put_instance_paths(self.variables, self.memory)
         if self.bodies is not None:
-            self._settle(previous)
+            self._link(previous)
         self.memory.hold_initial()
         self._by_class: dict[type[StaticRecord], PlacedUnit] = {
             type(unit.instance): unit for unit in self.units
         }
         self._info = SystemInfo(self.memory[Area.DATA].data, self._by_class[self._system].variables)
 
-    def _settle(self, previous: "Bodies | None", *, keeps_statics: bool = False) -> None:
+    def _link(self, previous: "Bodies | None", *, keeps_statics: bool = False) -> None:
         assert self.bodies is not None
         replaced = self.bodies.execution
         self.bodies.guard = self._guarded
@@ -368,7 +368,7 @@ class PlcRuntime:
         trial = TrialPlacement(with_code(declared, bodies or self.bodies), memory)
         if self.bodies is not None:
             self.bodies.instances.refuse_other_layouts(layouts(trial.units))
-        moves = Moves.between(self.variables, trial.variables)
+        moves = InstanceMoves.between(self.variables, trial.variables)
         self._abandon()
         if bodies is not None and self._changes_bodies_only(trial, bodies, called):
             self._put_bodies(bodies)
@@ -387,7 +387,7 @@ class PlcRuntime:
             self.bodies.release()
         previous = self.bodies
         statics = [] if previous is None else previous.statics
-        past = Past.of(self.memory, self.units, [*self.variables, *statics])
+        snapshot = OnlineChangeSnapshot.of(self.memory, self.units, [*self.variables, *statics])
         if bodies is not None:
             self.bodies = bodies
         firsts = {task: task.first_cycle for task in self.tasks}
@@ -398,13 +398,13 @@ class PlcRuntime:
         self._place(previous)
         try:
             self._start_units()
-            past.restore_attributes(self.units)
+            snapshot.restore_attributes(self.units)
         except Exception as failure:
             self._fail("the start after an online change failed", failure)
         statics = [] if self.bodies is None else self.bodies.statics
         made = () if self.bodies is None else self.bodies.instances.made()
         variables = [*self.variables, *statics]
-        carried = past.restore_values(self.memory, variables, made, moves.renewed)
+        carried = snapshot.restore_values(self.memory, variables, made, moves.renewed)
         put_start_values(self.units, self._statics, self.memory, of=PointerType)
         if self.bodies is not None:
             # What FB_init writes to other variables stays: only its own are copied after it.
@@ -415,14 +415,14 @@ class PlcRuntime:
                 and placed.variable.section is not Section.STATIC
             ]
             carried.start_again(copied)
-            known = past.variables.keys() - moves.renewed
+            known = snapshot.variables.keys() - moves.renewed
             self._in_change("FB_init in", partial(self.bodies.instances.create, moves, known))
             carried.copy_again(copied)
             put_start_values(
                 self.units, self._statics, self.memory, of=PointerType, only=moves.copied
             )
             self._in_change("FB_reinit after", partial(self.bodies.instances.reinit, moves))
-            self._tell_bodies(previous)
+            self._notify_bodies(previous)
         self._close(previous)
         for task, first in firsts.items():
             task.first_cycle = first
@@ -457,9 +457,9 @@ class PlcRuntime:
         assert self.bodies is not None
         previous, self.bodies = self.bodies, bodies
         previous.release()
-        self._settle(previous, keeps_statics=True)
+        self._link(previous, keeps_statics=True)
         self.bind_tasks()
-        self._tell_bodies(previous)
+        self._notify_bodies(previous)
         self._close(previous)
 
     def on_online_change(self, listener: Callable[[], None]) -> None:
@@ -497,10 +497,14 @@ class PlcRuntime:
         an instance says of them, as a restart of the station does; `origin` does not.
         """
         # They know this module.
-        from achse.plc.retention.remains import forget_made, inherit_variables, kept_variables
+        from achse.plc.retention.retained_state import (
+            forget_made,
+            inherit_variables,
+            retained_variables,
+        )
 
         self._abandon()
-        kept = {} if origin else kept_variables(self)
+        kept = {} if origin else retained_variables(self)
         self.memory.reset(origin=origin)
         forget_made(self)
         if self.bodies is not None:
@@ -517,10 +521,10 @@ class PlcRuntime:
             self._fail("the start after a reset failed", failure)
         inherit_variables(self, kept)
 
-    def _tell_bodies(self, previous: "Bodies | None") -> None:
+    def _notify_bodies(self, previous: "Bodies | None") -> None:
         if self.bodies is not None and previous is not None:
-            told = partial(self.bodies.instances.online_changed, previous.project)
-            self._in_change("a call that follows", told)
+            notify = partial(self.bodies.instances.online_changed, previous.project)
+            self._in_change("a call that follows", notify)
 
     def _in_change(self, what: str, work: Callable[[], None]) -> None:
         """Run the Structured Text of an online change; skip a PLC in EXCEPTION."""

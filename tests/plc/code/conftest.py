@@ -91,7 +91,7 @@ class Bench:
         self.execution = Execution(project, self.memory, placed, **self.options)
         for name, data in values.items():
             self.write(name, data)
-        self.execution.refuel()
+        self.execution.reset_budget()
         self.execution.function("main")()
 
     def write(self, name: str, data: bytes) -> None:
@@ -153,11 +153,11 @@ class Ran:
             self._compare(self.twin)
 
     @property
-    def kept_plain(self) -> Mapping[str, str]:
+    def plain_routines(self) -> Mapping[str, str]:
         """Routines that are not machine code, and why."""
         assert self.plc.bodies is not None
         assert self.plc.bodies.execution is not None
-        return self.plc.bodies.execution.kept_plain
+        return self.plc.bodies.execution.plain_routines
 
     def cycle(self, count: int = 1) -> "Ran":
         """So many cycles of 10 ms."""

@@ -26,8 +26,8 @@ def test_what_stays_plain_is_told(run: Run) -> None:
     )
     assert ran["x"] == 3
     if ran.twin is not None:
-        assert ran.kept_plain["f"] == "__NEW is done by Python"
-        assert "main" not in ran.kept_plain
+        assert ran.plain_routines["f"] == "__NEW is done by Python"
+        assert "main" not in ran.plain_routines
 
 
 def test_methods_of_interfaces_and_of_derived_blocks(run: Run) -> None:

@@ -28,7 +28,7 @@ def test_all_kinds_of_values(run: Run) -> None:
     assert ran["n"] == -123
     assert ran["u"] == (1 << 64) - 1
     assert ran["s"].startswith("-52.51.25TRUE")
-    assert not ran.kept_plain if ran.twin else True
+    assert not ran.plain_routines if ran.twin else True
 
 
 def test_names_of_enumerations(run: Run) -> None:

@@ -163,7 +163,7 @@ def test_recursion_ends_as_plain_code_or_by_a_stack_overflow(
     plain = Ran(text, CodeForm.PLAIN)
     machine = Ran(text, CodeForm.MACHINE, has_twin=False)
     for number, link in enumerate(links):
-        assert (f"f{number}" in machine.kept_plain) == (link.kind == "python")
+        assert (f"f{number}" in machine.plain_routines) == (link.kind == "python")
     catches = any(link.catches for link in links)
     mixed = any(link.kind == "python" for link in links)
     for depth, size in calls:
@@ -191,7 +191,7 @@ def test_recursion_with_many_locals_is_a_stack_overflow(count: int) -> None:
         CodeForm.MACHINE,
         has_twin=False,
     )
-    assert not machine.kept_plain
+    assert not machine.plain_routines
     assert outcome(machine, 6000) == "STACK_OVERFLOW"
     assert in_thread(8192 * KB, lambda: outcome(machine, 30)) == (465, 0)
     assert in_thread(128 * KB, lambda: outcome(machine, 6000)) == "STACK_OVERFLOW"
@@ -206,6 +206,6 @@ def test_calls_with_more_parameters_than_the_stack_holds_stay_plain() -> None:
         CodeForm.MACHINE,
     ).cycle()
     assert ran["got"] == 7
-    assert dict(ran.kept_plain) == dict.fromkeys(
+    assert dict(ran.plain_routines) == dict.fromkeys(
         ("many", "main"), "more than 500 parameters are on the stack"
     )

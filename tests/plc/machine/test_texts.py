@@ -42,7 +42,7 @@ def test_functions_in_and_out_of_range(run: Run, kind: str) -> None:
     )
     assert ran["s"] == "bb"
     assert ran["b"]
-    assert not ran.kept_plain if ran.twin else True
+    assert not ran.plain_routines if ran.twin else True
 
 
 def test_what_calls_change_was_read_before(run: Run) -> None:

@@ -9,8 +9,8 @@ from achse.motion import Nc
 from achse.motion.nc import AxisParameters
 from achse.motion.retained import RetainedState
 from achse.plc import PlcRuntime, Task
-from achse.plc.retention.remains import kept_variables
-from achse.plc.retention.retained import KeptVariable, Lead
+from achse.plc.retention.retained import Lead, RetainedVariable
+from achse.plc.retention.retained_state import retained_variables
 from achse.station.persistence.persistent_image import (
     PersistentImage,
     PersistentLayout,
@@ -39,7 +39,7 @@ leads = st.builds(Lead, st.integers(0, 9), st.text(max_size=9), st.just("ab"), s
 variables = st.dictionaries(
     st.text(max_size=9),
     st.builds(
-        KeptVariable,
+        RetainedVariable,
         st.just("00"),
         st.binary(max_size=9),
         st.lists(leads, max_size=2).map(tuple),
@@ -72,7 +72,7 @@ def test_values_are_those_of_axes_and_plcs_after_a_file(
     kept_axes: dict[int, RetainedState],
     axes: dict[int, RetainedState] | None,
     totals: dict[int, tuple[int, int, float]],
-    kept_plcs: dict[int, dict[str, KeptVariable]],
+    kept_plcs: dict[int, dict[str, RetainedVariable]],
 ) -> None:
     """Axes and PLCs of any number; what the station does not have now stays as it was."""
     nc = None
@@ -90,7 +90,7 @@ def test_values_are_those_of_axes_and_plcs_after_a_file(
     read = PersistentLayout.decode(layout.encode())
     expected = PersistentValues(
         kept_axes if axes is None else axes,
-        {**kept_plcs, **{port: kept_variables(plc) for port, plc in plcs.items()}},
+        {**kept_plcs, **{port: retained_variables(plc) for port, plc in plcs.items()}},
     )
     assert layout.values(content) == read.values(content) == expected
     for wrong in (content + b"\0", content[:-1]):

@@ -65,7 +65,7 @@ DEEPEST_CALLS = 2000
 _CATCHES = 1000
 """Most exceptions that a program may catch in a cycle that does nothing else."""
 
-_FEWEST_KEPT = 50
+_FEWEST_CACHED = 50
 """Routines from which on their compiled code is kept in the user's cache."""
 
 _OVERFLOWS = 50
@@ -175,7 +175,7 @@ class Execution:
         """Routines that cannot run, and why."""
         self.machine: MachineProgram | None = None
         """The machine code; None if all is plain."""
-        self.kept_plain: Mapping[str, str] = {}
+        self.plain_routines: Mapping[str, str] = {}
         """Routines that are plain beside machine code, and why."""
         by_python = sorted(key for key in self._overrides if key in project.routines)
         digest = ""
@@ -241,11 +241,11 @@ class Execution:
         self.machine = MachineProgram(content, host, counters)
         if self.coverage is not None and self.machine.counts is not None:
             self.coverage.counts = self.machine.counts
-        self.kept_plain = self.machine.notes.plain
+        self.plain_routines = self.machine.notes.plain
         self._fuel = self.namespace["F"] = self.machine.budget
         self.frames.share(self.machine.frames)
-        self.refuel()
-        for key, why in self.kept_plain.items():
+        self.reset_budget()
+        for key, why in self.plain_routines.items():
             log.debug("%s stays plain: %s", key, why)
 
     def _link(self, digest: str, *, keep: bool) -> None:
@@ -273,14 +273,14 @@ class Execution:
         known = f"{digest} {'plain' if self.machine is None else 'beside machine code'}"
         program = EMITTED.get(known) if digest else None
         if program is None:
-            program = self._emit(in_machine, is_kept=digest != "")
+            program = self._emit(in_machine, is_cached=digest != "")
             if digest and keep:
                 EMITTED.add(known, program)
         return program
 
-    def _emit(self, in_machine: Container[str], *, is_kept: bool) -> EmittedProgram:
+    def _emit(self, in_machine: Container[str], *, is_cached: bool) -> EmittedProgram:
         store = None
-        if is_kept and self.machine is None and len(self.project.routines) >= _FEWEST_KEPT:
+        if is_cached and self.machine is None and len(self.project.routines) >= _FEWEST_CACHED:
             store = CodeStore({each.source.path for each in self.project.routines.values()})
         codes: dict[str, CodeType] = {}
         left_out: dict[str, str] = {}
@@ -429,13 +429,13 @@ class Execution:
         self._tables.clear()
         self._overrides.clear()
 
-    def refuel(self) -> None:
-        """A new cycle: the whole budget, and no frame left from before."""
+    def reset_budget(self) -> None:
+        """Restore the whole budget of a cycle, and drop frames of the cycle before."""
         self._fuel[0] = self.budget
         self.frames.clear()
 
     def rest(self) -> None:
-        """Nothing runs any more: Python's limit of calls is what it was."""
+        """Restore Python's limit of calls at the end of a run."""
         if self._limit_before:
             sys.setrecursionlimit(self._limit_before)
             self._limit_before = 0

@@ -1,5 +1,6 @@
-"""Life of instances: start values, FB_init to FB_exit, what an online change begins and ends.
+"""Lifecycle of instances: start values, FB_init to FB_exit, online changes.
 
-Read `starts` and `instance_paths` (values put over the initial ones), then `instances`; `lives`
-says whose life an online change touches, `static_lives` treats VAR_STAT.
+Read `start_values` and `instance_paths` (values put over the initial ones), then `instances`;
+`instance_moves` lists the instances that an online change ends and creates, `static_instances`
+creates those of VAR_STAT.
 """

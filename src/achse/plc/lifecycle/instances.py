@@ -10,8 +10,8 @@ from achse.iec.structs import StructType
 from achse.iec.types import IecType
 from achse.iec.variables import Section
 from achse.plc.code.execution import Execution
-from achse.plc.lifecycle.lives import Moves, is_alike, unit_variable
-from achse.plc.lifecycle.static_lives import StaticLives
+from achse.plc.lifecycle.instance_moves import InstanceMoves, is_alike, unit_variable
+from achse.plc.lifecycle.static_instances import StaticInstances
 from achse.plc.lowering.calls import parameters_of
 from achse.plc.memory import Memory
 from achse.plc.program import PlacedVariable
@@ -39,15 +39,17 @@ class InstanceLifecycle:
         self._variables = variables
         self._execution = execution
 
-    def create(self, moves: Moves | None = None, known: Collection[str] = ()) -> None:
-        """Bring all instances to life: FB_init, start values, call_after_init, in order.
+    def create(self, moves: InstanceMoves | None = None, known: Collection[str] = ()) -> None:
+        """Create all instances: FB_init, start values, call_after_init, in order.
 
         With `moves`, those that begin in an online change; VAR_STAT that are `known` go on.
         """
         with outside_cycle(self._execution):
             statics = [one for one in self._variables if one.variable.section is Section.STATIC]
-            lives = StaticLives(self._project, self._memory, self._execution.function)
-            lives.begin([*statics, *self._execution.placement.statics.values()], known)
+            static_instances = StaticInstances(
+                self._project, self._memory, self._execution.function
+            )
+            static_instances.begin([*statics, *self._execution.placement.statics.values()], known)
             for unit in self._project.units.values():
                 if moves is None:
                     self._with_flags(unit.create, _RETAINS, False)
@@ -58,7 +60,7 @@ class InstanceLifecycle:
                 self._call_in_slots(self._project.init_calls)
 
     def online_changed(self, after: TypedProject) -> None:
-        """Tell those that want to know of an online change: of block layouts, then of any."""
+        """Call the methods for online changes: of block layouts first, then of any change."""
         before = after.blocks
         changed = {
             key
@@ -92,14 +94,14 @@ class InstanceLifecycle:
             found += [(start + offset,) for offset in _places_of(wanted, placed.variable.type)]
         return found
 
-    def exit(self, moves: Moves) -> None:
-        """End the life of the instances that an online change ends: FB_exit."""
+    def exit(self, moves: InstanceMoves) -> None:
+        """Run FB_exit of the instances that an online change ends."""
         with outside_cycle(self._execution):
             for unit in reversed(list(self._project.units.values())):
                 self._part(unit.exit, moves.again, _COPYING)
                 self._part(unit.exit, moves.gone, False)
 
-    def reinit(self, moves: Moves) -> None:
+    def reinit(self, moves: InstanceMoves) -> None:
         """After values were copied: FB_reinit."""
         with outside_cycle(self._execution):
             for unit in self._project.units.values():

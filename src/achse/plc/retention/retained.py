@@ -37,7 +37,7 @@ class Lead(NamedTuple):
     """The byte in the target."""
 
 
-class KeptVariable(NamedTuple):
+class RetainedVariable(NamedTuple):
     """The value of a variable when its PLC ended."""
 
     type: str
@@ -138,21 +138,21 @@ class RetainedLayout:
             pieces += [data[begin:end] for begin, end in spans]
         return b"".join(pieces)
 
-    def variables(self, image: bytes) -> dict[str, KeptVariable]:
+    def variables(self, image: bytes) -> dict[str, RetainedVariable]:
         """Return the values of an image by name: `MAIN.nTotal`, `MAIN.fbPump.nStarts`."""
         begins = [target.address for target in self.targets]
         values = {}
         for name, type, at, size, bit, pointers in self.rows:
             content = image[at : at + size]
             if bit is not None:
-                values[name] = KeptVariable(type, bytes([content[0] >> bit & 1]))
+                values[name] = RetainedVariable(type, bytes([content[0] >> bit & 1]))
                 continue
             leads = []
             for offset, width in pointers:
                 address = int.from_bytes(content[offset : offset + width], "little")
                 leads += self._leads(offset, address, begins)
                 content = content[:offset] + bytes(width) + content[offset + width :]
-            values[name] = KeptVariable(type, content, tuple(leads))
+            values[name] = RetainedVariable(type, content, tuple(leads))
         return values
 
     def _leads(self, at: int, address: int, begins: Sequence[int]) -> list[Lead]:

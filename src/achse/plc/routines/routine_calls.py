@@ -24,7 +24,7 @@ Guard = Callable[[str, Callable[[], Any]], Any]
 @contextmanager
 def outside_cycle(execution: Execution) -> Iterator[Execution]:
     """Give the whole budget to what runs outside of cycles."""
-    execution.refuel()
+    execution.reset_budget()
     execution.allow_calls()
     try:
         yield execution

@@ -8,7 +8,7 @@ from typing import Any
 from achse.motion import Nc
 from achse.motion.retained import RetainedState
 from achse.plc import PlcRuntime
-from achse.plc.retention.remains import inherit_variables
+from achse.plc.retention.retained_state import inherit_variables
 from achse.station.configuration.station_file import StationConfig
 from achse.station.configuration.types import ConfigError
 from achse.station.persistence.file_port import DISK, FilePort

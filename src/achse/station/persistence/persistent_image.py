@@ -13,7 +13,7 @@ from typing import Any
 from achse.motion import Nc
 from achse.motion.retained import RetainedState
 from achse.plc import PlcRuntime
-from achse.plc.retention.retained import KeptVariable, Lead, RetainedLayout
+from achse.plc.retention.retained import Lead, RetainedLayout, RetainedVariable
 from achse.station.configuration.documents import parse_json
 
 _FARTHEST = 1e15
@@ -25,7 +25,7 @@ class PersistentValues:
     """Retained data: of axes by id, of PLCs by port and variable."""
 
     axes: Mapping[int, RetainedState] = field(default_factory=dict)
-    plcs: Mapping[int, Mapping[str, KeptVariable]] = field(default_factory=dict)
+    plcs: Mapping[int, Mapping[str, RetainedVariable]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -128,7 +128,7 @@ class PersistentImage:
 
 
 def show_variables(
-    plcs: Mapping[int, Mapping[str, KeptVariable]],
+    plcs: Mapping[int, Mapping[str, RetainedVariable]],
 ) -> dict[str, dict[str, tuple[object, ...]]]:
     """Return variables for JSON: type, bytes in hexadecimal digits, pointers."""
     return {
@@ -138,11 +138,11 @@ def show_variables(
     }
 
 
-def parse_variables(document: Any) -> dict[int, Mapping[str, KeptVariable]]:
+def parse_variables(document: Any) -> dict[int, Mapping[str, RetainedVariable]]:
     """Return the variables of a document. Raises ValueError, AttributeError, TypeError."""
     return {
         int(port): {
-            str(name): KeptVariable(str(type), bytes.fromhex(data), tuple(map(_lead, leads)))
+            str(name): RetainedVariable(str(type), bytes.fromhex(data), tuple(map(_lead, leads)))
             for name, (type, data, *leads) in kept.items()
         }
         for port, kept in document.items()

@@ -1,4 +1,4 @@
-"""Lives: whose life an online change ends and begins, variable by variable.
+"""Instances that an online change ends, copies and creates, variable by variable.
 
 An instance is touched where the vendor's runtime would move it: the layout of its type has changed,
 or of what it is in. Source: FB_init, FB_reinit and FB_exit, attributes `no_copy`,
@@ -35,7 +35,7 @@ def _has(variable: Variable[Any, Any], attribute: str) -> bool:
     return any(name.lower() == attribute for name in variable.attributes)
 
 
-class Moves(NamedTuple):
+class InstanceMoves(NamedTuple):
     """Variables of programs and lists, `main.fbpump`, that an online change does something to."""
 
     copied: frozenset[str]
@@ -47,7 +47,9 @@ class Moves(NamedTuple):
     gone: frozenset[str]
 
     @classmethod
-    def between(cls, before: Iterable[PlacedVariable], after: Iterable[PlacedVariable]) -> "Moves":
+    def between(
+        cls, before: Iterable[PlacedVariable], after: Iterable[PlacedVariable]
+    ) -> "InstanceMoves":
         """Return the difference between two sets of declarations."""
         old = {placed.name.lower(): placed for placed in before}
         new = {placed.name.lower(): placed for placed in after}

@@ -1,4 +1,4 @@
-"""Life of VAR_STAT variables: function blocks among them begin once, before all other instances.
+"""Instances of VAR_STAT: they are created once, before all other instances.
 
 Their FB_init gets its default values, since no declared instance gives it more.
 """
@@ -24,8 +24,8 @@ _FLAGS = (True, False)
 """Of FB_init: as at a start."""
 
 
-class StaticLives:
-    """Brings the VAR_STAT variables of a project in a memory to life."""
+class StaticInstances:
+    """VAR_STAT variables of a project in a memory."""
 
     def __init__(self, project: TypedProject, memory: Memory, functions: Functions) -> None:
         self._project = project

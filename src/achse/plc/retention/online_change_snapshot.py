@@ -1,4 +1,4 @@
-"""Values that an online change keeps: variables, and Python attributes of their records.
+"""Snapshot of a PLC before an online change: variables, and Python attributes of their records.
 
 Pointers, references and interfaces whose values are kept lead to the same variables as before, at
 their new places; they are 0 if the variable is gone. (The vendor does so for references and
@@ -23,7 +23,7 @@ from achse.iec import (
     resolved,
 )
 from achse.iec.structs import RecordKind
-from achse.plc.lifecycle.lives import is_alike, is_not_copied
+from achse.plc.lifecycle.instance_moves import is_alike, is_not_copied
 from achse.plc.memory import Area, Memory
 from achse.plc.program import PlacedUnit, PlacedVariable, partner_names
 from achse.plc.retention.layout import KnownPointers, pointers_within
@@ -44,8 +44,8 @@ class _Move(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True)
-class Past:
-    """A PLC as it was: memory, places of variables, Python attributes by unit and path."""
+class OnlineChangeSnapshot:
+    """Memory, places of variables, Python attributes by unit and path."""
 
     memory: Mapping[Area, Buffer]
     variables: Mapping[str, PlacedVariable]
@@ -54,7 +54,7 @@ class Past:
     @classmethod
     def of(
         cls, memory: Memory, units: Iterable[PlacedUnit], variables: Iterable[PlacedVariable]
-    ) -> "Past":
+    ) -> "OnlineChangeSnapshot":
         return cls(
             {area: region.snapshot() for area, region in memory.regions.items()},
             {placed.name.lower(): placed for placed in variables},
@@ -127,7 +127,7 @@ class Past:
 class Carried:
     """Copied memory, by the variable; memory from `__NEW` has no name."""
 
-    past: Past
+    snapshot: OnlineChangeSnapshot
     memory: Memory
     moves: dict[str, list[_Move]]
     renewed: list[_Move]
@@ -145,7 +145,7 @@ class Carried:
         names = []
         for placed in variables:
             names.append(placed.name.lower())
-            for _ in self.past.carry(self.memory, self.past.variables[names[-1]], placed):
+            for _ in self.snapshot.carry(self.memory, self.snapshot.variables[names[-1]], placed):
                 pass
         self.follow(names)
 
@@ -153,7 +153,7 @@ class Carried:
         """Let the pointers in what was copied lead to where their targets are now."""
         moves = [*self.renewed, *(move for of_one in self.moves.values() for move in of_one)]
         inside = [move for name in names for move in self.moves.get(name, ())]
-        was = self.past.variables.values()
+        was = self.snapshot.variables.values()
         ranges = [
             (self.memory.address(one.area, one.offset), one.variable.type.size)
             for one in was

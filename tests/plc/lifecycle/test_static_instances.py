@@ -9,7 +9,7 @@ from achse.st.check import check
 from achse.st.declare import Declarations, declare
 from achse.st.lexis.source import Source
 from achse.st.syntax.parser import parse
-from tests.plc.lifecycle.test_lives import _bodies
+from tests.plc.lifecycle.test_instance_moves import _bodies
 
 TEXT = """
 FUNCTION_BLOCK FB_Base

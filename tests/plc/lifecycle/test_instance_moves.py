@@ -5,7 +5,7 @@ import pytest
 from achse.iec import DeclarationError, plain
 from achse.plc.bodies import Bodies
 from achse.plc.code.execution import CodeForm
-from achse.plc.lifecycle.lives import Moves, unit_variable
+from achse.plc.lifecycle.instance_moves import InstanceMoves, unit_variable
 from achse.plc.runtime import PlcRuntime, PlcState
 from achse.plc.task import Task
 from achse.st.check import check
@@ -79,7 +79,7 @@ END_PROGRAM
 
 def _declared(**parts: str) -> Declarations:
     given = {"other": "", "more": "", "count": "2", "step": "1", **parts}
-    return declare([parse(Source(TEXT.format(**given), "lives.st"), name="GVL")])
+    return declare([parse(Source(TEXT.format(**given), "moves.st"), name="GVL")])
 
 
 def _bodies(declared: Declarations, form: CodeForm) -> Bodies:
@@ -232,7 +232,7 @@ def test_pointers_in_what_new_made_follow_what_moves(form: CodeForm) -> None:
 def test_moves_are_named_by_variable() -> None:
     before = _plc(CodeForm.PLAIN).variables
     after = _plc(CodeForm.PLAIN, other="x : BOOL;", more="e : BOOL;").variables
-    moves = Moves.between(before, after)
+    moves = InstanceMoves.between(before, after)
     assert moves.copied == {"main.b", "main.c", "main.w"} - {"main.w"}
     assert moves.renewed == {"main.d", "main.nagain", "main.nfresh"}
     assert (moves.new, moves.gone) == ({"main.e"}, frozenset())

@@ -1,8 +1,8 @@
-"""Remains: the persistent and retain variables of a PLC, for its next start or the PLC after it.
+"""Retained state: persistent and retain variables of a PLC, for its next start or the PLC after it.
 
 Each is known by its name and its type: what has another type now begins as declared. Places in
-memory may be others then: pointers, references and interfaces in it lead to the variables that they
-led to, and headers of function blocks are those of the new instances.
+memory may have changed: pointers, references and interfaces in it point to the same variables as
+before, and headers of function blocks are those of the new instances.
 """
 
 from collections.abc import Mapping
@@ -13,9 +13,9 @@ from achse.plc.program import PlacedVariable
 from achse.plc.retention.layout import parts_without_headers, pointers_within
 from achse.plc.retention.retained import (
     IMAGES,
-    KeptVariable,
     Lead,
     RetainedLayout,
+    RetainedVariable,
     all_variables,
     retained_parts,
 )
@@ -24,13 +24,13 @@ if TYPE_CHECKING:
     from achse.plc.runtime import PlcRuntime
 
 
-def kept_variables(plc: "PlcRuntime") -> dict[str, KeptVariable]:
+def retained_variables(plc: "PlcRuntime") -> dict[str, RetainedVariable]:
     """The values to keep, by name: `MAIN.nTotal`, `MAIN.fbPump.nStarts`."""
     layout = RetainedLayout.of(plc)
     return layout.variables(layout.image(plc.memory))
 
 
-def inherit_variables(plc: "PlcRuntime", kept: Mapping[str, KeptVariable]) -> list[str]:
+def inherit_variables(plc: "PlcRuntime", kept: Mapping[str, RetainedVariable]) -> list[str]:
     """Put values into a PLC. Returns the names of those that have no place in it any more.
 
     Pointers stay as they start where their target is gone or has another type, and where it was

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from achse.plc.memory import Area
-from achse.plc.retention.remains import inherit_variables, kept_variables
+from achse.plc.retention.retained_state import inherit_variables, retained_variables
 from tests.plc.code.conftest import Ran
 
 TEXT = """
@@ -40,7 +40,7 @@ def test_what_was_kept_is_there_again(number: int, numbers: list[int], text: str
     main["p"][1], main["p"][2] = numbers[:2]
     main["a"][0]["nStarts"], main["a"][1]["nStarts"] = numbers[2:]
     before.plc.instance("GVL")["sName"] = text
-    kept = kept_variables(before.plc)
+    kept = retained_variables(before.plc)
     assert set(kept) == {
         "MAIN.r", "MAIN.p", "MAIN.a[0].nStarts", "MAIN.a[1].nStarts", "GVL.sName"
     }  # fmt: skip
@@ -53,7 +53,7 @@ def test_what_was_kept_is_there_again(number: int, numbers: list[int], text: str
 def test_another_type_begins_as_declared_and_is_told() -> None:
     before, after = _ran(), _ran("LINT")
     before.plc.instance("MAIN")["a"][0]["nStarts"] = 5
-    left = inherit_variables(after.plc, kept_variables(before.plc))
+    left = inherit_variables(after.plc, retained_variables(before.plc))
     assert left == ["MAIN.a[0].nStarts", "MAIN.a[1].nStarts"]
     assert after.plc.instance("MAIN")["a"][0]["nStarts"] == 0
 
@@ -102,7 +102,7 @@ def test_a_cold_reset_and_a_restart_keep_what_fb_init_and_declarations_set() -> 
     ran = Ran(STARTS, has_twin=False).cycle(3)
     kept = {"a.nTotal": 103, "b.nTotal": 53, "b.nIn": 53, "FB_Pump.nAll": 8, "F_Count.nCalls": 3}
     assert _values(ran) == kept | {"a.nIn": 8, "a.nLeft": 1, "b.nLeft": 1}
-    values = kept_variables(ran.plc)
+    values = retained_variables(ran.plc)
     ran.plc.reset()
     assert _values(ran) == kept | {"a.nIn": 5, "a.nLeft": 2, "b.nLeft": 1}
     after = Ran(STARTS, has_twin=False)
@@ -161,7 +161,7 @@ def _leading(first: str = "", before: str = "", type: str = "INT", body: str = "
 def test_pointers_lead_to_the_same_variables_in_another_program() -> None:
     before = _leading(body=AIM).cycle()
     assert [before[name] for name in "abcde"] == [101, 5, 102, 7, 44]
-    kept = kept_variables(before.plc)
+    kept = retained_variables(before.plc)
     after = _leading(OTHER, "aMore : ARRAY [0..99] OF INT := [100(3)];")
     assert inherit_variables(after.plc, kept) == []
     assert after["q"] == 0, "what __NEW made is gone"
@@ -192,20 +192,20 @@ def _behind(more: str = "", body: str = "") -> Ran:
 def test_values_behind_a_pointer_are_kept() -> None:
     before = _behind(body="s.p := ADR(t); s.n := 9; q := __NEW(INT);").cycle()
     after = _behind("u : LREAL;")
-    assert inherit_variables(after.plc, kept_variables(before.plc)) == []
+    assert inherit_variables(after.plc, retained_variables(before.plc)) == []
     assert (after["s.n"], after["q"]) == (9, 0)
     place = after.plc.memory.at(after["s.p"])
     assert place is not None
     assert place[0].read(place[1], 2) == b"\5\0"
     before.plc.instance("MAIN")["s"]["p"] = 0
     after = _behind()
-    assert inherit_variables(after.plc, kept_variables(before.plc)) == []
+    assert inherit_variables(after.plc, retained_variables(before.plc)) == []
     assert (after["s.n"], after["s.p"]) == (9, 0)
 
 
 def test_pointer_into_an_image_stays_within_it() -> None:
     before = _behind(body="q := ADR(w);").cycle()
-    kept = dict(kept_variables(before.plc))
+    kept = dict(retained_variables(before.plc))
     [lead] = kept["MAIN.q"].leads
     after = _behind()
     size = len(after.plc.memory[Area.FLAG])
@@ -233,7 +233,7 @@ def test_a_bit_is_kept_without_its_neighbours() -> None:
     before, after = Ran(text).cycle(), Ran(text)
     for name in "abc":
         before.plc.instance("MAIN")["f"][name] = True
-    assert inherit_variables(after.plc, kept_variables(before.plc)) == []
+    assert inherit_variables(after.plc, retained_variables(before.plc)) == []
     before.plc.reset()
     for each in (before, after):
         assert [each[f"f.{name}"] for name in "abc"] == [False, True, False]
@@ -245,7 +245,7 @@ def test_damaged_value_of_a_bit_changes_no_other_bit() -> None:
     PROGRAM MAIN VAR f : FB_Bits; END_VAR END_PROGRAM
     """
     after = Ran(text, has_twin=False)
-    kept = dict(kept_variables(after.plc))
+    kept = dict(retained_variables(after.plc))
     kept["MAIN.f.a"] = kept["MAIN.f.a"]._replace(data=b"\1\1")
     del kept["MAIN.f.b"]
     assert inherit_variables(after.plc, kept) == []
@@ -256,7 +256,7 @@ def test_damaged_value_of_a_bit_changes_no_other_bit() -> None:
 def test_value_of_another_length_is_reported_and_not_used(change: int) -> None:
     before, after = _ran(), _ran()
     before.plc.instance("MAIN")["r"] = 77
-    kept = dict(kept_variables(before.plc))
+    kept = dict(retained_variables(before.plc))
     data = kept["MAIN.r"].data
     kept["MAIN.r"] = kept["MAIN.r"]._replace(data=(data + b"\0")[: len(data) + change])
     memory = bytes(after.plc.memory[Area.RETAIN].data)
@@ -298,7 +298,7 @@ def test_pointer_begins_as_declared_if_its_target_is_none(
     main["s"]["n"], main["s"]["k"] = 3, 4
     places = {one.name.lower(): one for one in before.plc.variables}
     declared, place = before["s.p"], places.get(target.lower(), places["main.t"])
-    kept = dict(kept_variables(before.plc))
+    kept = dict(retained_variables(before.plc))
     [lead] = kept["MAIN.s"].leads
     lead = lead._replace(target=target, offset=offset, type=place.variable.type.guid.hex())
     kept["MAIN.s"] = kept["MAIN.s"]._replace(leads=(lead,))
@@ -310,7 +310,7 @@ def test_pointer_begins_as_declared_if_its_target_is_none(
 @pytest.mark.parametrize("change", [{"at": 0}, {"at": 999}, {"type": ""}])
 def test_pointer_of_a_damaged_file_begins_as_declared(change: dict[str, Any]) -> None:
     before, after = Ran(TARGETS, has_twin=False), Ran(TARGETS, has_twin=False)
-    kept = dict(kept_variables(before.plc))
+    kept = dict(retained_variables(before.plc))
     leads = [lead._replace(offset=1, **change) for lead in kept["MAIN.s"].leads]
     kept["MAIN.s"] = kept["MAIN.s"]._replace(leads=tuple(leads))
     assert inherit_variables(after.plc, kept) == []
