@@ -45,8 +45,8 @@ class ArchiveObject:
 
     def text(self, name: str, default: str = "") -> str:
         """A string member without its quotes; the default for null."""
-        found = self.members.get(name)
-        return unquoted(found) if isinstance(found, str) else default
+        value = self.members.get(name)
+        return unquoted(value) if isinstance(value, str) else default
 
     def flag(self, name: str) -> bool:
         """A Boolean member; False for null."""
@@ -54,19 +54,19 @@ class ArchiveObject:
 
     def number(self, name: str, default: int = 0) -> int:
         """A whole number, with or without the suffix of a long one."""
-        found = self.members.get(name)
-        digits = found.strip().removesuffix("L") if isinstance(found, str) else ""
+        value = self.members.get(name)
+        digits = value.strip().removesuffix("L") if isinstance(value, str) else ""
         return whole_number(digits, default)
 
     def part(self, name: str) -> "ArchiveObject | None":
         """An object or list member; None for null."""
-        found = self.members.get(name)
-        return found if isinstance(found, ArchiveObject) else None
+        value = self.members.get(name)
+        return value if isinstance(value, ArchiveObject) else None
 
     def objects(self, name: str) -> "list[ArchiveObject]":
         """The objects in a list member."""
-        found = self.part(name)
-        return [] if found is None else list(found)
+        members = self.part(name)
+        return [] if members is None else list(members)
 
     def __iter__(self) -> Iterator["ArchiveObject"]:
         return (item for item in self.items if isinstance(item, ArchiveObject))
@@ -94,31 +94,31 @@ def read_archive(text: str) -> ArchiveObject:
     stack: list[tuple[ArchiveObject, str]] = [(root, "")]
     start = max(text.find("<Data"), 0)
     end = text.find("</Data>", start)
-    for found in _TOKEN.finditer(text, start, end if end >= 0 else len(text)):
+    for token in _TOKEN.finditer(text, start, end if end >= 0 else len(text)):
         holder, type = stack[-1]
-        content: str | None = found["text"]
+        content: str | None = token["text"]
         if content is not None:
-            _add(holder, found["scalar"], _plain(content))
-        elif found["end"]:
+            _add(holder, token["scalar"], _plain(content))
+        elif token["end"]:
             if len(stack) == 1:
-                raise Unexpected(found.start(), "expected an object archive", Code.BAD_DRAWING)
+                raise Unexpected(token.start(), "expected an object archive", Code.BAD_DRAWING)
             stack.pop()
         else:
-            facts = found["facts"]
-            tag = found["open"]
+            facts = token["facts"]
+            tag = token["open"]
             if tag in "nv":
                 _add(holder, facts, None if tag == "n" else "")
                 continue
             attributes: dict[str, str] = dict(_ATTRIBUTE.findall(facts))
-            made = ArchiveObject(attributes.get("t") or type, found.start())
+            nested = ArchiveObject(attributes.get("t") or type, token.start())
             name = attributes.get("n")
             if name is None:
-                holder.items.append(made)
+                holder.items.append(nested)
             else:
-                holder.members[name] = made
+                holder.members[name] = nested
             if not facts.endswith("/"):
                 inner = "" if tag == "o" else attributes.get("cet", attributes.get("cvt", ""))
-                stack.append((made, inner))
+                stack.append((nested, inner))
     roots = list(root)
     if len(stack) != 1 or len(roots) != 1:
         raise Unexpected(
@@ -141,18 +141,18 @@ def _plain(text: str) -> str:
     return _ENTITY.sub(_entity, text) if "&" in text else text
 
 
-def _entity(found: "re.Match[str]") -> str:
-    decimal, hexadecimal, name = found.groups()
+def _entity(match: "re.Match[str]") -> str:
+    decimal, hexadecimal, name = match.groups()
     if name is not None:
-        return _ENTITIES.get(name, found[0])
+        return _ENTITIES.get(name, match[0])
     number = int(decimal) if decimal is not None else int(hexadecimal, 16)
-    return chr(number) if number < 0x110000 else found[0]
+    return chr(number) if number < 0x110000 else match[0]
 
 
 def _blanked(text: str) -> str:
     """`text` without CDATA parts and comments, which the vendor's tools do not write."""
     if "<![CDATA[" in text:
-        text = _CDATA.sub(lambda found: found[1].replace("&", "&amp;").replace("<", "&lt;"), text)
+        text = _CDATA.sub(lambda match: match[1].replace("&", "&amp;").replace("<", "&lt;"), text)
     if "<!--" in text:
-        text = _COMMENT.sub(lambda found: " " * len(found[0]), text)
+        text = _COMMENT.sub(lambda match: " " * len(match[0]), text)
     return text

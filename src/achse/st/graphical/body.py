@@ -144,9 +144,9 @@ class GraphicalBody:
     def place(self, offset: int) -> str:
         """The place of an offset in the drawing: `network 3, rung 1`; empty if it has no name."""
         at = offset - self.start
-        found = self._places.get(at)
-        if found is not None:
-            return found
+        place = self._places.get(at)
+        if place is not None:
+            return place
         known = sorted(self._places)
         index = bisect_right(known, at)
         return self._places[known[index - 1]] if index else ""
@@ -170,9 +170,9 @@ class GraphicalBody:
     @cached_property
     def _breaks(self) -> list[int]:
         text = self.text
-        found = []
+        indexes = []
         index = text.find("\n")
         while index >= 0:
-            found.append(index)
+            indexes.append(index)
             index = text.find("\n", index + 1)
-        return found
+        return indexes

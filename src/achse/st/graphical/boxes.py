@@ -297,11 +297,11 @@ class BoxWriter(BodyStatements):
         call = call_of(of, arguments, at)
         wanted = result is not None and (result.target is not None or (result.is_read and is_read))
         if wanted and result is not None:
-            found: Expression = call
+            result_value: Expression = call
             if result.is_read and is_read:
-                value = found = self.let(self.hidden("result"), call, at)
+                value = result_value = self.let(self.hidden("result"), call, at)
             if result.target is not None:
-                self.store(result.target, found)
+                self.store(result.target, result_value)
         else:
             self.out.append(call)
         for output, target in after:
@@ -323,14 +323,14 @@ class BoxWriter(BodyStatements):
             return Unary("-", values[0], at)
         if sign in COMPARISONS:
             pairs = pairwise(values)
-            found: Expression | None = None
+            result: Expression | None = None
             for left, right in pairs:
-                found = both(found, Binary(sign, left, right, at), at)
-            if found is None:
+                result = both(result, Binary(sign, left, right, at), at)
+            if result is None:
                 raise Refused(
                     at, f"the box {node.type} has one input only", Code.INCOMPLETE_DRAWING
                 )
-            return found
+            return result
         if sign:
             value = values[0]
             for right in values[1:]:

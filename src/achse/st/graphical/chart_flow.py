@@ -63,10 +63,10 @@ class StepFlow:
 
     def step(self, name: str, at: int) -> ChartStep:
         """The step of a name. Raises `Unexpected`."""
-        found = self._by_name.get(name.lower())
-        if found is None:
+        step = self._by_name.get(name.lower())
+        if step is None:
             raise Unexpected(at, f"expected a step, got '{name[:80]}'", Code.BAD_CHART_FLOW)
-        return found
+        return step
 
 
 class ChartFlow(StepFlow):

@@ -125,8 +125,8 @@ def implicit_variables_of_chart(
             hidden.append((_control(body, number), "SFCActionControl"))
     if "tip" in read_flags(body.settings):
         hidden.append((_tip(body), "BOOL"))
-    found = [steps, implicit_block([*actions, *flags], has_symbols=True), implicit_block(hidden)]
-    return tuple(block for block in found if block.variables)
+    blocks = [steps, implicit_block([*actions, *flags], has_symbols=True), implicit_block(hidden)]
+    return tuple(block for block in blocks if block.variables)
 
 
 def lowered_chart(
@@ -166,12 +166,12 @@ class _Controlled:
 
 def _controlled(steps: Iterable[ChartStep]) -> list[_Controlled]:
     """The controlled actions in alphabetical order."""
-    found: dict[str, _Controlled] = {}
+    actions: dict[str, _Controlled] = {}
     for step in steps:
         for one in step.associations:
             key = one.name.lower()
-            found.setdefault(key, _Controlled(one.name, key)).associations.append((step, one))
-    return [found[key] for key in sorted(found)]
+            actions.setdefault(key, _Controlled(one.name, key)).associations.append((step, one))
+    return [actions[key] for key in sorted(actions)]
 
 
 def _state(body: GraphicalBody, number: int) -> str:
@@ -187,10 +187,10 @@ def _tip(body: GraphicalBody) -> str:
 
 
 def _or(values: Iterable[Expression], at: int) -> Expression:
-    found: Expression | None = None
+    result: Expression | None = None
     for value in values:
-        found = value if found is None else Binary("OR", found, value, at)
-    return _FALSE if found is None else found
+        result = value if result is None else Binary("OR", result, value, at)
+    return _FALSE if result is None else result
 
 
 class _Lowering(BodyStatements):
@@ -391,12 +391,12 @@ class _Lowering(BodyStatements):
     def _inputs(
         self, action: _Controlled, at: int, *, resets: bool
     ) -> list[tuple[str, Expression, bool]]:
-        found: list[tuple[str, Expression, bool]] = []
+        inputs: list[tuple[str, Expression, bool]] = []
         for qualifier in dict.fromkeys(one.qualifier for _, one in action.associations):
             if qualifier != "R":
                 value = _FALSE if resets else self._held(action, qualifier, at)
-                found.append((qualifier, value, False))
-        found.append(("R", _TRUE if resets else self._held(action, "R", at), False))
+                inputs.append((qualifier, value, False))
+        inputs.append(("R", _TRUE if resets else self._held(action, "R", at), False))
         times: dict[str, Expression] = {}
         for step, one in action.associations:
             if not one.time or resets:
@@ -407,7 +407,7 @@ class _Lowering(BodyStatements):
                 arguments = [("", self._member(step, "x", at), False), ("", times[name], False)]
                 value = call_of(Name("SEL", at), [*arguments, ("", value, False)], at)
             times[name] = value
-        return [*found, *((name, value, False) for name, value in times.items())]
+        return [*inputs, *((name, value, False) for name, value in times.items())]
 
     def _run(self, action: _Controlled, condition: Expression, at: int, *, value: bool) -> None:
         is_action = action.key in self.body.owner.actions or (
@@ -483,16 +483,16 @@ class _Lowering(BodyStatements):
 
     def _enabled(self, left: tuple[ChartStep, ...], at: int) -> Expression:
         """All steps in front of a transition are active, and for their minimum time."""
-        found: Expression | None = None
+        condition: Expression | None = None
         for step in left:
             terms = [self._member(step, "x", at)]
             if step.minimum:
                 time = self.expression(step.minimum, at)
                 terms.append(Binary(">=", self._member(step, "t", at), time, at))
             for term in terms:
-                found = term if found is None else Binary("AND", found, term, at)
-        assert found is not None
-        return found
+                condition = term if condition is None else Binary("AND", condition, term, at)
+        assert condition is not None
+        return condition
 
     def _condition(self, text: str, at: int) -> Expression:
         if not text:

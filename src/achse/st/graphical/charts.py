@@ -155,8 +155,8 @@ def read_flags(text: str) -> dict[str, bool]:
     return {}
 
 
-def _flags_within(found: ArchiveObject) -> ArchiveObject | None:
-    for value in (*found.members.values(), *found.items):
+def _flags_within(source: ArchiveObject) -> ArchiveObject | None:
+    for value in (*source.members.values(), *source.items):
         if isinstance(value, ArchiveObject):
             if value.type == "SFCProperty":
                 return value.part("Flags")
@@ -166,58 +166,58 @@ def _flags_within(found: ArchiveObject) -> ArchiveObject | None:
     return None
 
 
-def _elements(found: ArchiveObject) -> list[ArchiveObject]:
+def _elements(source: ArchiveObject) -> list[ArchiveObject]:
     """The elements in the object `ElementList`."""
-    outer = found.part("ElementList")
+    outer = source.part("ElementList")
     return [] if outer is None else outer.objects("InnerList")
 
 
-def _segment(found: ArchiveObject) -> tuple[ChartElement, ...]:
-    return tuple(_element(item) for item in _elements(found))
+def _segment(source: ArchiveObject) -> tuple[ChartElement, ...]:
+    return tuple(_element(item) for item in _elements(source))
 
 
-def _attributes(found: ArchiveObject) -> dict[str, str]:
+def _attributes(source: ArchiveObject) -> dict[str, str]:
     """Values by the first eight digits of the attribute's GUID."""
     values = {}
-    for item in found.objects("Attributes"):
+    for item in source.objects("Attributes"):
         value = item.part("Value")
         if value is not None:
             values[item.text("AttributeId").strip("{}")[:8].lower()] = value.text("Value").strip()
     return values
 
 
-def _element(found: ArchiveObject) -> ChartElement:
-    values = _attributes(found)
+def _element(source: ArchiveObject) -> ChartElement:
+    values = _attributes(source)
     name = values.get(AttributeId.NAME, "")
     is_excluded = values.get(AttributeId.EXCLUDE, "").upper() == "TRUE"
-    match found.type:
+    match source.type:
         case "SFCStep":
-            return _step(found, values, is_excluded)
+            return _step(source, values, is_excluded)
         case "SFCTransition":
             if is_excluded:
                 raise Unexpected(
-                    found.at,
+                    source.at,
                     "a transition that is left out is not supported",
                     Code.UNSUPPORTED_DRAWING,
                 )
-            return ChartTransition(name.rstrip("; "), found.at)
+            return ChartTransition(name.rstrip("; "), source.at)
         case "SFCJump":
-            return ChartJump(name, found.at)
+            return ChartJump(name, source.at)
         case "SFCBranch":
-            segments = tuple(_segment(item) for item in _elements(found))
+            segments = tuple(_segment(item) for item in _elements(source))
             if values.get(AttributeId.PARALLEL, "").upper() == "TRUE":
-                return Simultaneous(name, segments, found.at)
-            return Alternative(segments, found.at)
+                return Simultaneous(name, segments, source.at)
+            return Alternative(segments, source.at)
         case "SFCMacro":
-            inner = found.part("Segment")
-            return Macro(name, () if inner is None else _segment(inner), found.at)
+            inner = source.part("Segment")
+            return Macro(name, () if inner is None else _segment(inner), source.at)
     raise Unexpected(
-        found.at, f"'{found.type[:80]}' is not supported in a chart", Code.UNSUPPORTED_DRAWING
+        source.at, f"'{source.type[:80]}' is not supported in a chart", Code.UNSUPPORTED_DRAWING
     )
 
 
-def _step(found: ArchiveObject, values: dict[str, str], is_excluded: bool) -> ChartStep:
-    associations = () if is_excluded else tuple(_association(item) for item in _elements(found))
+def _step(source: ArchiveObject, values: dict[str, str], is_excluded: bool) -> ChartStep:
+    associations = () if is_excluded else tuple(_association(item) for item in _elements(source))
     names = (AttributeId.ENTRY, AttributeId.MAIN, AttributeId.EXIT)
     entry, main, exit = ("" if is_excluded else values.get(key, "") for key in names)
     return ChartStep(
@@ -229,12 +229,12 @@ def _step(found: ArchiveObject, values: dict[str, str], is_excluded: bool) -> Ch
         values.get(AttributeId.MINIMUM, ""),
         values.get(AttributeId.MAXIMUM, ""),
         tuple(item for item in associations if item is not None),
-        found.at,
+        source.at,
     )
 
 
-def _association(found: ArchiveObject) -> ActionAssociation | None:
-    values = _attributes(found)
+def _association(source: ArchiveObject) -> ActionAssociation | None:
+    values = _attributes(source)
     if values.get(AttributeId.EXCLUDE, "").upper() == "TRUE":
         return None
     name = values.get(AttributeId.NAME, "")
@@ -245,10 +245,10 @@ def _association(found: ArchiveObject) -> ActionAssociation | None:
     time = text[1].strip() if len(text) > 1 else ""
     if qualifier not in QUALIFIERS:
         raise Unexpected(
-            found.at, f"{name}: '{qualifier[:20]}' is not a qualifier", Code.INCOMPLETE_DRAWING
+            source.at, f"{name}: '{qualifier[:20]}' is not a qualifier", Code.INCOMPLETE_DRAWING
         )
     if qualifier in TIMED and not time:
         raise Unexpected(
-            found.at, f"{name}: qualifier {qualifier} has no time", Code.INCOMPLETE_DRAWING
+            source.at, f"{name}: qualifier {qualifier} has no time", Code.INCOMPLETE_DRAWING
         )
-    return ActionAssociation(name, qualifier, time, found.at)
+    return ActionAssociation(name, qualifier, time, source.at)

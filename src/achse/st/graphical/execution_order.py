@@ -22,7 +22,7 @@ def execution_order(elements: Sequence[Ordered], edges: Iterable[tuple[int, int]
             waiting[consumer].add(producer)
             following[producer].append(consumer)
     left = set(range(len(elements)))
-    found: list[Ordered] = []
+    order: list[Ordered] = []
 
     def place(number: int) -> tuple[int, int, int]:
         x, y = elements[number].bounds
@@ -30,7 +30,7 @@ def execution_order(elements: Sequence[Ordered], edges: Iterable[tuple[int, int]
 
     def run(number: int) -> None:
         left.discard(number)
-        found.append(elements[number])
+        order.append(elements[number])
         for consumer in sorted(set(following[number]), key=place):
             waiting[consumer].discard(number)
             if (
@@ -50,12 +50,12 @@ def execution_order(elements: Sequence[Ordered], edges: Iterable[tuple[int, int]
             run(number)
             continue
         run(min(ready, key=place))
-    return found
+    return order
 
 
 def _in_loops(left: set[int], waiting: Sequence[set[int]]) -> list[int]:
     """The elements that are in loops, without those that only wait for a loop."""
-    found = []
+    numbers = []
     for start in left:
         seen: set[int] = set()
         stack = list(waiting[start])
@@ -66,8 +66,8 @@ def _in_loops(left: set[int], waiting: Sequence[set[int]]) -> list[int]:
             seen.add(number)
             stack.extend(waiting[number])
         if start in seen:
-            found.append(start)
-    return found
+            numbers.append(start)
+    return numbers
 
 
 def _is_start(element: Ordered) -> bool:

@@ -81,7 +81,7 @@ def implicit_variables_of_function_chart(
         return ()
     if not body.owner.keeps_memory:
         return ()
-    found: list[tuple[str, TypeSpec | str]] = [
+    variables: list[tuple[str, TypeSpec | str]] = [
         (_kept(body, element.output.id), element.type)
         for element in chart.ordered
         if isinstance(element, ChartComposer)
@@ -90,14 +90,14 @@ def implicit_variables_of_function_chart(
     for element in connections.looking_back:
         type = connections.type_of(element)
         if type is not None:
-            found.append((_kept(body, element.outputs[0].id), type))
-    found += [
+            variables.append((_kept(body, element.outputs[0].id), type))
+    variables += [
         (memory_of(body, f"pin{pin.id}"), "BOOL")
         for element in chart.ordered
         for pin in _inputs_of(element)
         if pin.edge
     ]
-    return (implicit_block(found),) if found else ()
+    return (implicit_block(variables),) if variables else ()
 
 
 def lowered_function_chart(
@@ -208,14 +208,14 @@ class _Connections:
         number = {id(element): index for index, element in enumerate(elements)}
         for index, element in enumerate(elements):
             for pin in _inputs_of(element):
-                found = self.producers.get(self.source.get(pin.id, -1))
-                if found is not None:
-                    yield number[id(found[0])], index
+                producer = self.producers.get(self.source.get(pin.id, -1))
+                if producer is not None:
+                    yield number[id(producer[0])], index
 
     @property
     def looking_back(self) -> list[ChartBox]:
         """Boxes whose result is read before they run: of operators, functions and methods."""
-        found: dict[int, ChartBox] = {}
+        boxes: dict[int, ChartBox] = {}
         for element in self.order:
             for pin in _inputs_of(element):
                 producer = self.producers.get(self.source.get(pin.id, -1))
@@ -229,8 +229,8 @@ class _Connections:
                 if producer[1] is not box.outputs[0]:
                     continue
                 if not self._is_stored(box, element, pin):
-                    found[id(box)] = box
-        return list(found.values())
+                    boxes[id(box)] = box
+        return list(boxes.values())
 
     def _may_be_old(self, producer: tuple[Ordered, ChartPin], consumer: Ordered) -> bool:
         """Return True if a box reads the result of one that its EN may have left out."""
@@ -279,15 +279,15 @@ class _Connections:
                     return _BOOL
             producer = self.producers.get(source)
             if producer is not None and isinstance(producer[0], ChartBox):
-                found = self._type(producer[0], seen)
-                if found is not None:
-                    return found
+                type = self._type(producer[0], seen)
+                if type is not None:
+                    return type
         ids = {output.id for output in element.outputs}
         for consumer in self.order:
             if isinstance(consumer, ChartOutput) and self.source.get(consumer.input.id) in ids:
-                found = self._variables.get(consumer.text.lower())
-                if found is not None:
-                    return found
+                type = self._variables.get(consumer.text.lower())
+                if type is not None:
+                    return type
         return _BOOL if operator in _BITS else None
 
 
@@ -338,11 +338,11 @@ class _Lowering(BoxWriter):
     def _input(self, pin: ChartPin, consumer: Ordered, at: int) -> Expression | None:
         """Return the value at an input pin; None for one that is not wired."""
         source = self._of.source.get(pin.id)
-        found = None if source is None else self._source(source, consumer, at)
-        if found is None:
+        value = None if source is None else self._source(source, consumer, at)
+        if value is None:
             return None
         modifiers = pin.edge | (Modifier.NEGATED if pin.is_negated else 0)
-        return self.modified(found, modifiers, f"pin{pin.id}", at)
+        return self.modified(value, modifiers, f"pin{pin.id}", at)
 
     def _source(self, id: int, consumer: Ordered, at: int) -> Expression | None:
         """Return the value of a pin; None if the pin is gone."""
@@ -352,10 +352,10 @@ class _Lowering(BoxWriter):
         passed = self._of.passed.get(id)
         if passed is not None:
             return self._input(passed, consumer, at)
-        found = self._of.producers.get(id)
-        if found is None:
+        producer = self._of.producers.get(id)
+        if producer is None:
             return None
-        element, pin = found
+        element, pin = producer
         value = self._produced(element, pin, consumer, at)
         return Unary("NOT", value, at) if pin.is_negated else value
 
@@ -432,26 +432,26 @@ class _Lowering(BoxWriter):
                 self.assign(target, value, at)
 
     def _arguments(self, element: ChartBox, at: int) -> list[tuple[str, Expression, bool]]:
-        found = []
+        arguments = []
         for pin in element.inputs:
             if self._comes_later(pin, element):
                 continue
             value = self._input(pin, element, at)
             if value is not None:
-                found.append((pin.name, value, False))
-        return found
+                arguments.append((pin.name, value, False))
+        return arguments
 
     def _comes_later(self, pin: ChartPin, element: ChartBox) -> bool:
         """Return True if a result was stored into the instance's input when it was computed."""
-        found = self._of.producers.get(self._of.source.get(pin.id, -1))
+        producer = self._of.producers.get(self._of.source.get(pin.id, -1))
         return (
-            found is not None
+            producer is not None
             and element.call == "FunctionBlock"
             and not pin.is_in_out
-            and isinstance(found[0], ChartBox)
-            and found[0].call in _WITH_RESULT
-            and found[1].id not in self._stored_pins
-            and self._of.is_back(found[0], element)
+            and isinstance(producer[0], ChartBox)
+            and producer[0].call in _WITH_RESULT
+            and producer[1].id not in self._stored_pins
+            and self._of.is_back(producer[0], element)
         )
 
     def _write_box(self, element: ChartBox) -> None:
@@ -540,8 +540,8 @@ class _Lowering(BoxWriter):
         if not consumers and element.call != "Operator" and isinstance(value, Call):
             self.out.append(value)
             return
-        found = self._results[pin.id] = self.let(self.hidden("result"), value, at)
+        result = self._results[pin.id] = self.let(self.hidden("result"), value, at)
         for consumer, into in consumers:
             if isinstance(consumer, ChartBox) and self._comes_later(into, consumer):
-                stored = Unary("NOT", found, at) if pin.is_negated != into.is_negated else found
+                stored = Unary("NOT", result, at) if pin.is_negated != into.is_negated else result
                 self.assign(Member(self._instance(consumer, at), into.name, at), stored, at)

@@ -146,58 +146,58 @@ def read_function_chart(text: str) -> FunctionChart:
     ordered: list[Ordered] = []
     sources: list[tuple[int, int]] = []
     knows_feedback = False
-    for found in () if outer is None else outer.objects("InnerList"):
-        match found.type:
+    for source in () if outer is None else outer.objects("InnerList"):
+        match source.type:
             case "CFCInputElement":
-                inputs.append(ChartInput(_text(found), _pin(found, "Output"), found.at))
+                inputs.append(ChartInput(_text(source), _pin(source, "Output"), source.at))
             case "CFCOutputElement":
-                ordered.append(_output(found))
+                ordered.append(_output(source))
             case "CFCBoxElement":
-                knows_feedback |= "IsFeedbackStart" in found.members
-                ordered.append(_box(found))
+                knows_feedback |= "IsFeedbackStart" in source.members
+                ordered.append(_box(source))
             case "CFCComposerElement":
-                ordered.append(_composer(found))
+                ordered.append(_composer(source))
             case "CFCSelectorElement":
-                ordered.append(_selector(found))
+                ordered.append(_selector(source))
             case "CFCConnection":
-                sources.append((found.number("DestPinId"), found.number("SourcePinId")))
+                sources.append((source.number("DestPinId"), source.number("SourcePinId")))
             case "CFCCommentElement":
                 pass
             case _:
                 raise Unexpected(
-                    found.at,
-                    f"'{found.type[:80]}' is not supported in a chart",
+                    source.at,
+                    f"'{source.type[:80]}' is not supported in a chart",
                     Code.UNSUPPORTED_DRAWING,
                 )
     return FunctionChart(tuple(inputs), tuple(ordered), tuple(sources), knows_feedback)
 
 
-def _text(found: ArchiveObject) -> str:
-    text = found.part("Text")
+def _text(source: ArchiveObject) -> str:
+    text = source.part("Text")
     return "" if text is None else text.text("Text").strip()
 
 
-def _texts(found: ArchiveObject) -> list[str]:
-    return [item.text("Text").strip() for item in _inner(found, "Texts")]
+def _texts(source: ArchiveObject) -> list[str]:
+    return [item.text("Text").strip() for item in _inner(source, "Texts")]
 
 
-def _inner(found: ArchiveObject, name: str) -> list[ArchiveObject]:
+def _inner(source: ArchiveObject, name: str) -> list[ArchiveObject]:
     """The elements of a list that is in an object."""
-    outer = found.part(name)
+    outer = source.part(name)
     return [] if outer is None else outer.objects("InnerList")
 
 
-def _bounds(found: ArchiveObject) -> tuple[int, int]:
-    parts = found.text("Bounds").split(",")
+def _bounds(source: ArchiveObject) -> tuple[int, int]:
+    parts = source.text("Bounds").split(",")
     numbers = [whole_number(one) for one in parts]
     left, top, *_ = (*numbers, 0, 0)
     return left, top
 
 
-def _pin(found: ArchiveObject, name: str) -> ChartPin:
-    pin = found.part(name)
+def _pin(source: ArchiveObject, name: str) -> ChartPin:
+    pin = source.part(name)
     if pin is None:
-        raise Unexpected(found.at, f"an element has no {name.lower()} pin", Code.BAD_DRAWING)
+        raise Unexpected(source.at, f"an element has no {name.lower()} pin", Code.BAD_DRAWING)
     return _of_pin(pin, "")
 
 
@@ -205,66 +205,66 @@ def _of_pin(pin: ArchiveObject, name: str) -> ChartPin:
     return ChartPin(pin.number("Id"), name, pin.flag("Negated"), pin.type == "CFCInOutPin")
 
 
-def _pins(found: ArchiveObject, name: str, names: list[str]) -> tuple[ChartPin, ...]:
-    pins = _inner(found, name)
+def _pins(source: ArchiveObject, name: str, names: list[str]) -> tuple[ChartPin, ...]:
+    pins = _inner(source, name)
     return tuple(_of_pin(pin, one) for pin, one in zip(pins, names, strict=False))
 
 
-def _output(found: ArchiveObject) -> ChartOutput:
-    pin = found.part("Input")
+def _output(source: ArchiveObject) -> ChartOutput:
+    pin = source.part("Input")
     if pin is None:
-        raise Unexpected(found.at, "an output has no pin", Code.BAD_DRAWING)
+        raise Unexpected(source.at, "an output has no pin", Code.BAD_DRAWING)
     storing = pin.text("SetReset", "None")
     if storing not in ("None", "Set", "Reset"):
         raise Unexpected(
-            found.at, f"SetReset {storing[:20]} is not supported", Code.UNSUPPORTED_DRAWING
+            source.at, f"SetReset {storing[:20]} is not supported", Code.UNSUPPORTED_DRAWING
         )
-    return ChartOutput(_text(found), _of_pin(pin, ""), storing, _bounds(found), found.at)
+    return ChartOutput(_text(source), _of_pin(pin, ""), storing, _bounds(source), source.at)
 
 
-def _box(found: ArchiveObject) -> ChartBox:
-    texts = _texts(found)
-    inputs, outputs = _inner(found, "Inputs"), _inner(found, "Outputs")
+def _box(source: ArchiveObject) -> ChartBox:
+    texts = _texts(source)
+    inputs, outputs = _inner(source, "Inputs"), _inner(source, "Outputs")
     if len(texts) != len(inputs) + len(outputs) + 2:
         raise Unexpected(
-            found.at,
+            source.at,
             f"a box has {len(texts)} texts, which its pins do not explain",
             Code.BAD_DRAWING,
         )
-    if found.flag("EnEno"):
+    if source.flag("EnEno"):
         raise Unexpected(
-            found.at,
+            source.at,
             f"the box {texts[-2][:80]} shows EN and ENO: not supported here",
             Code.UNSUPPORTED_DRAWING,
         )
     count = len(inputs)
     return ChartBox(
-        found.text("KindOfCall"),
+        source.text("KindOfCall"),
         texts[-2],
         texts[-1],
-        _pins(found, "Inputs", texts[:count]),
-        _pins(found, "Outputs", texts[count:-2]),
-        found.flag("IsFeedbackStart"),
-        _bounds(found),
-        found.at,
+        _pins(source, "Inputs", texts[:count]),
+        _pins(source, "Outputs", texts[count:-2]),
+        source.flag("IsFeedbackStart"),
+        _bounds(source),
+        source.at,
     )
 
 
-def _composer(found: ArchiveObject) -> ChartComposer:
-    texts = _texts(found)
-    if len(texts) != len(_inner(found, "Inputs")) + 1:
+def _composer(source: ArchiveObject) -> ChartComposer:
+    texts = _texts(source)
+    if len(texts) != len(_inner(source, "Inputs")) + 1:
         raise Unexpected(
-            found.at, "a composer has texts that its pins do not explain", Code.BAD_DRAWING
+            source.at, "a composer has texts that its pins do not explain", Code.BAD_DRAWING
         )
-    inputs = _pins(found, "Inputs", texts[:-1])
-    return ChartComposer(texts[-1], inputs, _pin(found, "Output"), _bounds(found), found.at)
+    inputs = _pins(source, "Inputs", texts[:-1])
+    return ChartComposer(texts[-1], inputs, _pin(source, "Output"), _bounds(source), source.at)
 
 
-def _selector(found: ArchiveObject) -> ChartSelector:
-    texts = _texts(found)
-    if len(texts) != len(_inner(found, "Outputs")) + 1:
+def _selector(source: ArchiveObject) -> ChartSelector:
+    texts = _texts(source)
+    if len(texts) != len(_inner(source, "Outputs")) + 1:
         raise Unexpected(
-            found.at, "a selector has texts that its pins do not explain", Code.BAD_DRAWING
+            source.at, "a selector has texts that its pins do not explain", Code.BAD_DRAWING
         )
-    outputs = _pins(found, "Outputs", texts[1:])
-    return ChartSelector(texts[0], _pin(found, "Input"), outputs, _bounds(found), found.at)
+    outputs = _pins(source, "Outputs", texts[1:])
+    return ChartSelector(texts[0], _pin(source, "Input"), outputs, _bounds(source), source.at)

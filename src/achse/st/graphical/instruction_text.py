@@ -21,9 +21,9 @@ def read_instruction_text(text: str) -> NetworkList:
     networks: list[DrawnNetwork] = []
     label, lines, start = "", [], 0  # type: tuple[str, list[Instruction], int]
     for at, line in _lines(text):
-        found = _LINE.match(line)
-        assert found is not None
-        name, operator, operand = found[1] or "", found[2] or "", found[3]
+        match = _LINE.match(line)
+        assert match is not None
+        name, operator, operand = match[1] or "", match[2] or "", match[3]
         if name:
             if lines or label:
                 networks.append(_network(len(networks) + 1, label, lines, start))
@@ -46,20 +46,20 @@ def _network(number: int, label: str, lines: list[Instruction], at: int) -> Draw
     return DrawnNetwork(number, "", label, False, (), tuple(lines), at)
 
 
-def _blank(found: "re.Match[str]") -> str:
-    return re.sub(r"[^\n]", " ", found[0])
+def _blank(match: "re.Match[str]") -> str:
+    return re.sub(r"[^\n]", " ", match[0])
 
 
 def _lines(text: str) -> list[tuple[int, str]]:
     """Lines with their offsets; a call with open brackets is one."""
-    found: list[tuple[int, str]] = []
+    lines: list[tuple[int, str]] = []
     start = 0
     for line in text.split("\n"):
         if line.strip():
-            last = found[-1][1] if found else ""
+            last = lines[-1][1] if lines else ""
             if last.strip()[:3].upper() == "CAL" and last.count("(") > last.count(")"):
-                found[-1] = (found[-1][0], f"{last}\n{line}")
+                lines[-1] = (lines[-1][0], f"{last}\n{line}")
             else:
-                found.append((start + len(line) - len(line.lstrip()), line))
+                lines.append((start + len(line) - len(line.lstrip()), line))
         start += len(line) + 1
-    return found
+    return lines

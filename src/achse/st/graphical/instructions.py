@@ -204,22 +204,24 @@ class InstructionList:
     # calls -------------------------------------------------------------------------------------
 
     def _arguments(self, lines: Iterator[Instruction], at: int) -> list[Argument]:
-        found = []
+        arguments = []
         for line in lines:
             here = self._writer.at(line.at)
             if line.operator and line.operand.text:
                 value = self._writer.expression(line.operand.text, here)
-                found.append(Argument(line.operator, value, line.prefix == "=>", here))
+                arguments.append(Argument(line.operator, value, line.prefix == "=>", here))
             if line.postfix.endswith(")"):
-                return found
+                return arguments
         raise Refused(at, "a call is not closed", Code.INCOMPLETE_DRAWING)
 
     def _call(
         self, line: Instruction, condition: bool | None, arguments: list[Argument], at: int
     ) -> None:
-        given = [(one.name, one.value, one.is_output) for one in arguments if one.value is not None]
-        found = self._writer.expression(line.operand.text, at)
-        call = call_of(found, given, at) if given or not isinstance(found, Call) else found
+        inputs = [
+            (one.name, one.value, one.is_output) for one in arguments if one.value is not None
+        ]
+        target = self._writer.expression(line.operand.text, at)
+        call = call_of(target, inputs, at) if inputs or not isinstance(target, Call) else target
         self._leave(call, condition, at)
 
     def _leave(self, statement: Statement, condition: bool | None, at: int) -> None:
@@ -238,7 +240,7 @@ class InstructionList:
         arguments = [("", self._kept(at), False)]
         if line.operand.text:
             call = self._writer.expression(f"f({line.operand.text})", at)
-            given = getattr(call, "arguments", ())
-            arguments += [(one.name, one.value, False) for one in given]
+            further = getattr(call, "arguments", ())
+            arguments += [(one.name, one.value, False) for one in further]
         of = self._writer.expression(line.operator, at)
         self._value = call_of(of, arguments, at)

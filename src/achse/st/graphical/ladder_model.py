@@ -68,10 +68,10 @@ class _Reader:
         self._at = count(at)
         self._ids = count(1)
 
-    def model(self, found: _Json) -> NetworkList:
-        self._check(found, "LadderDataModel")
+    def model(self, entry: _Json) -> NetworkList:
+        self._check(entry, "LadderDataModel")
         networks = []
-        for number, one in enumerate(found.get("Networks", ()), 1):
+        for number, one in enumerate(entry.get("Networks", ()), 1):
             self._check(one, "Network")
             place = self._text.find(str(one.get("Id", "")), self._start)
             self._at = count(max(place, self._start))
@@ -81,14 +81,14 @@ class _Reader:
             networks.append(DrawnNetwork(number, "", "", False, items, (), at))
         return NetworkList("Ld", tuple(networks))
 
-    def _check(self, found: Any, *types: str) -> str:
+    def _check(self, entry: Any, *types: str) -> str:
         """Return the type of an object; refuse other types and keys."""
-        kind = found.get("$type") if isinstance(found, dict) else None
+        kind = entry.get("$type") if isinstance(entry, dict) else None
         if kind not in types:
             raise Unexpected(
                 next(self._at), f"expected {types[0]}, got '{str(kind)[:40]}'", Code.BAD_DRAWING
             )
-        for key in found:
+        for key in entry:
             if key != "$type" and key not in _KEYS[kind]:
                 raise Unexpected(
                     next(self._at),
@@ -97,23 +97,23 @@ class _Reader:
                 )
         return str(kind)
 
-    def _sequence(self, found: _Json) -> NetworkNode | None:
+    def _sequence(self, entry: _Json) -> NetworkNode | None:
         """The node at the right end of a sequence; None for an empty one."""
-        self._check(found, "Sequence")
+        self._check(entry, "Sequence")
         node: NetworkNode | None = None
-        for element in found.get("Elements", ()):
+        for element in entry.get("Elements", ()):
             node = self._element(element, node)
         return node
 
-    def _element(self, found: _Json, left: NetworkNode | None) -> NetworkNode:
+    def _element(self, entry: _Json, left: NetworkNode | None) -> NetworkNode:
         kinds = "Contact", "Coil", "InVariable", "Block", "ParallelClosed"
-        match self._check(found, *kinds):
+        match self._check(entry, *kinds):
             case "Contact":
-                contact = self._operand(found.get("Operand"))
+                contact = self._operand(entry.get("Operand"))
                 return contact if left is None else self._series(left, contact)
             case "Coil":
                 value = NetworkOperand("TRUE", 0, 0, next(self._at)) if left is None else left
-                target = self._operand(found.get("Operand"))
+                target = self._operand(entry.get("Operand"))
                 return Assignment((target,), value, next(self._at))
             case "InVariable":
                 if left is not None:
@@ -122,13 +122,13 @@ class _Reader:
                         "a variable behind an element is not supported",
                         Code.UNSUPPORTED_DRAWING,
                     )
-                return self._operand(found.get("Operand"))
+                return self._operand(entry.get("Operand"))
             case "ParallelClosed":
                 at = next(self._at)
-                branches = [self._sequence(one) for one in found.get("Branches", ())]
+                branches = [self._sequence(one) for one in entry.get("Branches", ())]
                 nodes = tuple(Unconnected(at) if one is None else one for one in branches)
                 return Parallel(left, nodes, True, at)
-        return self._block(found, left)
+        return self._block(entry, left)
 
     def _series(self, left: NetworkNode, right: NetworkNode) -> NetworkNode:
         inputs = BoxInput("", "", left, 0), BoxInput("", "", right, 0)
@@ -136,30 +136,30 @@ class _Reader:
         at, id = next(self._at), next(self._ids)
         return Box("AND", "", "And", inputs, (result,), None, None, None, 0, id, at)
 
-    def _operand(self, found: Any) -> NetworkOperand:
-        self._check(found, "Operand")
-        modifier = found.get("Modifier")
+    def _operand(self, entry: Any) -> NetworkOperand:
+        self._check(entry, "Operand")
+        modifier = entry.get("Modifier")
         negated = False
         if modifier is not None:
             self._check(modifier, "Modifier")
             negated = bool(modifier.get("Negation"))
-        text = str(found.get("Expression", "")).strip()
+        text = str(entry.get("Expression", "")).strip()
         modifiers = int(Modifier.NEGATED) if negated else 0
         return NetworkOperand(text, modifiers, next(self._ids), next(self._at))
 
-    def _block(self, found: _Json, left: NetworkNode | None) -> NetworkNode:
+    def _block(self, entry: _Json, left: NetworkNode | None) -> NetworkNode:
         at = next(self._at)
-        name = str(found.get("BlockType", "")).strip()
-        call = _CALLS.get(found.get("CallType"))
+        name = str(entry.get("BlockType", "")).strip()
+        call = _CALLS.get(entry.get("CallType"))
         if call is None:
             raise Unexpected(
                 at,
-                f"call type {found['CallType']} of {name} is not supported",
+                f"call type {entry['CallType']} of {name} is not supported",
                 Code.UNSUPPORTED_DRAWING,
             )
         inputs: list[BoxInput] = []
         fed = 0
-        for one in found.get("Inputs", ()):
+        for one in entry.get("Inputs", ()):
             self._check(one, "Input")
             node = self._sequence(one.get("Sequence", {"$type": "Sequence"}))
             fed += node is None
@@ -174,7 +174,7 @@ class _Reader:
                 Code.BAD_DRAWING,
             )
         outputs: list[BoxOutput] = []
-        for one in found.get("Outputs", ()):
+        for one in entry.get("Outputs", ()):
             self._check(one, "Output")
             variable = one.get("OutVariable")
             target: NetworkOperand | None = None
@@ -185,7 +185,7 @@ class _Reader:
             outputs.append(BoxOutput(self._pin(one), target, variable is None))
         enable = next((pin for pin in inputs if pin.name.upper() == "EN"), None)
         eno = next((out for out in outputs if enable and out.name.upper() == "ENO"), None)
-        instance = found.get("Instance")
+        instance = entry.get("Instance")
         path = "" if instance is None else self._operand(instance).text
         return Box(
             name,
@@ -201,7 +201,7 @@ class _Reader:
             at,
         )
 
-    def _pin(self, found: _Json) -> str:
-        pin = found.get("Pin", {"$type": "Pin"})
+    def _pin(self, entry: _Json) -> str:
+        pin = entry.get("Pin", {"$type": "Pin"})
         self._check(pin, "Pin")
         return str(pin.get("Name", "")).strip()

@@ -250,8 +250,8 @@ class _Lowering(BoxWriter):
 
     def _value(self, node: NetworkNode) -> Expression:
         """Return the value of a node at the left rail."""
-        found = self._flow(node, None)
-        return Literal("boolean", "TRUE", self.at(node.at)) if found is None else found
+        power = self._flow(node, None)
+        return Literal("boolean", "TRUE", self.at(node.at)) if power is None else power
 
     def _flow(self, node: NetworkNode, power: Expression | None) -> Expression | None:
         """Return the value of a node that power arrives at; None is TRUE."""
@@ -348,10 +348,10 @@ class _Lowering(BoxWriter):
                 continue
             if so_far is not None:
                 so_far = self.simple(so_far, at)
-            found = self._flow(pin.node, so_far)
-            if pin.modifiers and found is not None:
-                found = self.modified(found, pin.modifiers, f"{node.id}_{number}", at)
-            so_far = found
+            flow = self._flow(pin.node, so_far)
+            if pin.modifiers and flow is not None:
+                flow = self.modified(flow, pin.modifiers, f"{node.id}_{number}", at)
+            so_far = flow
         return so_far
 
     def _alternatives(self, node: Box, power: Expression | None, at: int) -> Expression | None:
@@ -369,20 +369,20 @@ class _Lowering(BoxWriter):
         self, nodes: Sequence[NetworkNode], power: Expression | None, at: int
     ) -> Expression | None:
         """Evaluate branches in order; return the OR of their results."""
-        found: Expression | None = None
+        result: Expression | None = None
         is_true = False
         for node in nodes:
             start = len(self.out)
             value = self._flow(node, power)
-            if found is not None and len(self.out) > start:
-                found = self.frozen(found, start, at)
+            if result is not None and len(self.out) > start:
+                result = self.frozen(result, start, at)
             if value is None:
                 is_true = True
-            elif found is None:
-                found = value
+            elif result is None:
+                result = value
             else:
-                found = Binary("OR", found, value, at)
-        return None if is_true else found
+                result = Binary("OR", result, value, at)
+        return None if is_true else result
 
     def _pin(self, node: Box, pin: BoxInput, number: int, power: Expression | None) -> Expression:
         value = self._flow(pin.node, power)
@@ -393,7 +393,7 @@ class _Lowering(BoxWriter):
 
     def _inputs(self, node: Box, power: Expression | None) -> list[tuple[BoxInput, Expression]]:
         """Evaluate the inputs in order; those of pins that are not wired are left out."""
-        found: list[tuple[BoxInput, Expression]] = []
+        values: list[tuple[BoxInput, Expression]] = []
         powered = _powered(node) if power is not None else -1
         offset = 0 if node.enable is None else 1
         for number, pin in enumerate(node.inputs):
@@ -402,23 +402,23 @@ class _Lowering(BoxWriter):
             start = len(self.out)
             value = self._pin(node, pin, number + offset, power if number == powered else None)
             if len(self.out) > start:
-                found = self._kept(node, found, start)
-            found.append((pin, value))
-        return found
+                values = self._kept(node, values, start)
+            values.append((pin, value))
+        return values
 
     def _kept(
         self, node: Box, inputs: list[tuple[BoxInput, Expression]], index: int
     ) -> list[tuple[BoxInput, Expression]]:
         """Keep what was read before a box among the inputs was called. A variable that is an
         argument stays itself: it may be a VAR_IN_OUT."""
-        kept = []
+        frozen = []
         for pin, value in inputs:
             if not (
                 node.is_call and isinstance(pin.node, NetworkOperand) and not pin.node.modifiers
             ):
                 value = self.frozen(value, index, self.at(pin.node.at))
-            kept.append((pin, value))
-        return kept
+            frozen.append((pin, value))
+        return frozen
 
     def _enabled(
         self, node: Box, power: Expression | None, at: int, *, is_read: bool
@@ -487,8 +487,8 @@ class _Lowering(BoxWriter):
         result = self.let(self.hidden("bridge"), bridged, at)
 
         def run() -> None:
-            found = self._any(executed, entered, at)
-            value = Literal("boolean", "TRUE", at) if found is None else found
+            joined = self._any(executed, entered, at)
+            value = Literal("boolean", "TRUE", at) if joined is None else joined
             self.assign(result, value, at)
 
         self.when(Unary("NOT", result, at), run, at)

@@ -196,133 +196,137 @@ def read_networks(text: str) -> NetworkList:
             f"expected an NWLImplementationObject, got '{root.type[:80]}'",
             Code.BAD_DRAWING,
         )
-    found = enumerate(root.objects("NetworkList"), 1)
-    networks = tuple(_network(item, number) for number, item in found)
+    numbered = enumerate(root.objects("NetworkList"), 1)
+    networks = tuple(_network(item, number) for number, item in numbered)
     return NetworkList(root.text("DefaultViewMode", "Ld"), networks)
 
 
-def _network(found: ArchiveObject, number: int) -> DrawnNetwork:
-    is_disabled = found.flag("OutCommented")
-    is_list = found.flag("ILActive")
-    items: Iterable[ArchiveObject] = () if is_disabled or is_list else found.objects("NetworkItems")
-    lines = found.objects("ILLines") if is_list and not is_disabled else ()
+def _network(source: ArchiveObject, number: int) -> DrawnNetwork:
+    is_disabled = source.flag("OutCommented")
+    is_list = source.flag("ILActive")
+    items: Iterable[ArchiveObject] = (
+        () if is_disabled or is_list else source.objects("NetworkItems")
+    )
+    lines = source.objects("ILLines") if is_list and not is_disabled else ()
     return DrawnNetwork(
         number,
-        found.text("Title"),
-        found.text("Label"),
+        source.text("Title"),
+        source.text("Label"),
         is_disabled,
         tuple(_node(item) for item in items),
         tuple(_instruction(item) for item in lines),
-        found.at,
+        source.at,
     )
 
 
-def _node(found: ArchiveObject) -> NetworkNode:
-    match found.type:
+def _node(source: ArchiveObject) -> NetworkNode:
+    match source.type:
         case "BoxTreeOperand":
-            operand = found.part("Operand")
+            operand = source.part("Operand")
             if operand is None:
-                raise Unexpected(found.at, "a BoxTreeOperand has no operand", Code.BAD_DRAWING)
+                raise Unexpected(source.at, "a BoxTreeOperand has no operand", Code.BAD_DRAWING)
             return _operand(operand)
         case "BoxTreeAssign":
-            value = found.part("RValue")
-            targets = _listed(found)
+            value = source.part("RValue")
+            targets = _listed(source)
             return Assignment(
                 tuple(_operand(item) for item in targets if isinstance(item, ArchiveObject)),
                 None if value is None else _node(value),
-                found.at,
+                source.at,
             )
         case "BoxTreeBox":
-            return _box(found)
+            return _box(source)
         case "BoxTreeDemux":
-            return NetworkWire(found.number("VarId"), _optional(found), found.at)
+            return NetworkWire(source.number("VarId"), _optional(source), source.at)
         case "BoxTreeParallel":
             return Parallel(
-                _optional(found),
-                tuple(_node(item) for item in found.objects("Trees")),
-                found.text("Mode") == "Sequential",
-                found.at,
+                _optional(source),
+                tuple(_node(item) for item in source.objects("Trees")),
+                source.text("Mode") == "Sequential",
+                source.at,
             )
         case "BoxTreeTerminator":
-            if found.part("Input") is not None:
+            if source.part("Input") is not None:
                 raise Unexpected(
-                    found.at,
+                    source.at,
                     "a BoxTreeTerminator with an input is not supported",
                     Code.UNSUPPORTED_DRAWING,
                 )
-            return Unconnected(found.at)
+            return Unconnected(source.at)
     raise Unexpected(
-        found.at, f"'{found.type[:80]}' is not supported in a network", Code.UNSUPPORTED_DRAWING
+        source.at, f"'{source.type[:80]}' is not supported in a network", Code.UNSUPPORTED_DRAWING
     )
 
 
-def _optional(found: ArchiveObject) -> NetworkNode | None:
-    value = found.part("Input")
+def _optional(source: ArchiveObject) -> NetworkNode | None:
+    value = source.part("Input")
     return None if value is None else _node(value)
 
 
-def _listed(found: ArchiveObject) -> list[ArchiveObject | str | None]:
+def _listed(source: ArchiveObject) -> list[ArchiveObject | str | None]:
     """The `OutputItems` in the object `OutputItems`."""
-    outer = found.part("OutputItems")
+    outer = source.part("OutputItems")
     inner = None if outer is None else outer.part("OutputItems")
     return [] if inner is None else inner.items
 
 
-def _operand(found: ArchiveObject) -> NetworkOperand:
+def _operand(source: ArchiveObject) -> NetworkOperand:
     return NetworkOperand(
-        found.text("Operand").strip(), _modifiers(found), found.number("Id"), found.at
+        source.text("Operand").strip(), _modifiers(source), source.number("Id"), source.at
     )
 
 
-def _modifiers(found: ArchiveObject) -> int:
-    flags = found.part("Flags")
+def _modifiers(source: ArchiveObject) -> int:
+    flags = source.part("Flags")
     number = 0 if flags is None else flags.number("Flags")
     if number & ~_KNOWN:
-        raise Unexpected(found.at, f"flags {number} are not supported", Code.UNSUPPORTED_DRAWING)
+        raise Unexpected(source.at, f"flags {number} are not supported", Code.UNSUPPORTED_DRAWING)
     return number
 
 
-def _box(found: ArchiveObject) -> Box:
-    names, types = _parameters(found, "InputParam")
-    flags = [_pin(item) for item in found.objects("InputFlags")]
-    items = found.objects("InputItems")
+def _box(source: ArchiveObject) -> Box:
+    names, types = _parameters(source, "InputParam")
+    flags = [_pin(item) for item in source.objects("InputFlags")]
+    items = source.objects("InputItems")
     inputs = [
         BoxInput(_at(names, index, ""), _at(types, index, ""), _node(item), _at(flags, index, 0))
         for index, item in enumerate(items)
     ]
-    outputs = _outputs(found)
-    has_en = found.flag("EN") or _is_named(found, "EN", names)
-    has_eno = found.flag("ENO") or _is_named(found, "ENO", _parameters(found, "OutputParam")[0])
+    outputs = _outputs(source)
+    has_en = source.flag("EN") or _is_named(source, "EN", names)
+    has_eno = source.flag("ENO") or _is_named(source, "ENO", _parameters(source, "OutputParam")[0])
     if (has_en and not inputs) or (has_eno and not outputs):
-        raise Unexpected(found.at, "a box shows EN or ENO, and its file has none", Code.BAD_DRAWING)
-    instance = found.part("Instance")
+        raise Unexpected(
+            source.at, "a box shows EN or ENO, and its file has none", Code.BAD_DRAWING
+        )
+    instance = source.part("Instance")
     return Box(
-        found.text("BoxType").strip(),
+        source.text("BoxType").strip(),
         "" if instance is None else instance.text("Operand").strip(),
-        found.text("CallType"),
+        source.text("CallType"),
         tuple(inputs[has_en:]),
         tuple(outputs[has_eno:]),
         inputs[0] if has_en else None,
         outputs[0] if has_eno else None,
-        _snippet(found),
-        _modifiers(found),
-        found.number("Id"),
-        found.at,
+        _snippet(source),
+        _modifiers(source),
+        source.number("Id"),
+        source.at,
     )
 
 
-def _is_named(found: ArchiveObject, key: str, names: Sequence[str]) -> bool:
+def _is_named(source: ArchiveObject, key: str, names: Sequence[str]) -> bool:
     """Return True if a box of an older editor, whose flag is null, shows EN or ENO."""
-    return found.members.get(key, "") is None and bool(names) and names[0].upper() == key
+    return source.members.get(key, "") is None and bool(names) and names[0].upper() == key
 
 
 def _at(list: Sequence[_T], index: int, default: _T) -> _T:
     return list[index] if index < len(list) else default
 
 
-def _parameters(found: ArchiveObject, name: str) -> tuple[list[str], list[str]]:
+def _parameters(source: ArchiveObject, name: str) -> tuple[list[str], list[str]]:
     """Names and types of the pins."""
-    list = found.part(name)
+    list = source.part(name)
     if list is None:
         return [], []
     texts = [
@@ -332,19 +336,19 @@ def _parameters(found: ArchiveObject, name: str) -> tuple[list[str], list[str]]:
     return texts[0], texts[1]
 
 
-def _pin(found: ArchiveObject) -> int:
-    number = found.number("Flags")
+def _pin(source: ArchiveObject) -> int:
+    number = source.number("Flags")
     if number & ~(Modifier.NEGATED | _EDGES):
         raise Unexpected(
-            found.at, f"flags {number} are not supported on an input", Code.UNSUPPORTED_DRAWING
+            source.at, f"flags {number} are not supported on an input", Code.UNSUPPORTED_DRAWING
         )
     return number
 
 
-def _outputs(found: ArchiveObject) -> list[BoxOutput]:
+def _outputs(source: ArchiveObject) -> list[BoxOutput]:
     """The outputs with a slot; a null slot is the one that the node around reads."""
-    names, types = _parameters(found, "OutputParam")
-    slots = _listed(found)
+    names, types = _parameters(source, "OutputParam")
+    slots = _listed(source)
     outputs = []
     for number, item in enumerate(slots):
         name = names[number] if number < len(names) else None
@@ -357,22 +361,22 @@ def _outputs(found: ArchiveObject) -> list[BoxOutput]:
     return outputs
 
 
-def _snippet(found: ArchiveObject) -> str | None:
-    if not found.flag("ProvidesSTSnippet"):
+def _snippet(source: ArchiveObject) -> str | None:
+    if not source.flag("ProvidesSTSnippet"):
         return None
-    here: ArchiveObject | None = found
+    here: ArchiveObject | None = source
     for name in ("STSnippet", "STSnippet", "TextDocument"):
         here = None if here is None else here.part(name)
     lines = [] if here is None else here.objects("TextLines")
     return "\n".join(line.text("Text") for line in lines)
 
 
-def _instruction(found: ArchiveObject) -> Instruction:
-    operand = found.part("Operand")
+def _instruction(source: ArchiveObject) -> Instruction:
+    operand = source.part("Operand")
     return Instruction(
-        found.text("Prefix").strip(),
-        found.text("Operator").strip(),
-        NetworkOperand("", 0, 0, found.at) if operand is None else _operand(operand),
-        found.text("Postfix").strip(),
-        found.at,
+        source.text("Prefix").strip(),
+        source.text("Operator").strip(),
+        NetworkOperand("", 0, 0, source.at) if operand is None else _operand(operand),
+        source.text("Postfix").strip(),
+        source.at,
     )

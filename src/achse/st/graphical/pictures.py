@@ -143,10 +143,10 @@ class _Networks:
 
     def _truth(self, node: NetworkOperand) -> _Power:
         """The power behind a contact; unknown for an edge."""
-        found = self._value(node.text)
-        if not isinstance(found, bool) or node.modifiers & (Modifier.RISING | Modifier.FALLING):
+        value = self._value(node.text)
+        if not isinstance(value, bool) or node.modifiers & (Modifier.RISING | Modifier.FALLING):
             return None
-        return not found if node.modifiers & Modifier.NEGATED else found
+        return not value if node.modifiers & Modifier.NEGATED else value
 
     def _node(self, node: NetworkNode, power: _Power) -> _Block:
         match node:
@@ -155,8 +155,8 @@ class _Networks:
             case NetworkOperand():
                 return self._contact(node, power)
             case NetworkWire(input=None):
-                found = _both(power, self._wires.get(node.number))
-                return _Block([f"<{node.number}>"], 0, found)
+                wire = _both(power, self._wires.get(node.number))
+                return _Block([f"<{node.number}>"], 0, wire)
             case NetworkWire():
                 assert node.input is not None
                 block = self._node(node.input, power)
@@ -179,9 +179,9 @@ class _Networks:
                 return self._box(node, power)
 
     def _contact(self, node: NetworkOperand, power: _Power) -> _Block:
-        found = self._value(node.text)
-        if found is not None and not isinstance(found, bool):
-            return _Block([f"{node.text} = {found}"], 0, None)
+        value = self._value(node.text)
+        if value is not None and not isinstance(value, bool):
+            return _Block([f"{node.text} = {value}"], 0, None)
         sign = "/" if node.modifiers & Modifier.NEGATED else " "
         sign = "P" if node.modifiers & Modifier.RISING else sign
         sign = "N" if node.modifiers & Modifier.FALLING else sign
@@ -254,11 +254,11 @@ def network_lines(networks: NetworkList, value: OperandValue = no_value) -> list
 
 def chart_lines(flow: StepFlow, value: OperandValue = no_value) -> list[str]:
     """Return a sequential function chart as lines of text; active steps have a star."""
-    found: list[str] = []
+    lines: list[str] = []
     for step in flow.steps:
         star = "*" if value(f"{step.name}.x") is True else " "
         frame = f"[[{step.name}]]" if step.is_initial else f"[{step.name}]"
-        found.append(f"{star} {frame}{_actions(step)}")
+        lines.append(f"{star} {frame}{_actions(step)}")
         for firing in flow.firings:
             if firing.left[-1] is step:
                 others = [one.name for one in firing.left[:-1]]
@@ -266,8 +266,8 @@ def chart_lines(flow: StepFlow, value: OperandValue = no_value) -> list[str]:
                 text = firing.transition.text
                 shown = _readable(text, "(drawn)") + _known(text, value)
                 targets = ", ".join(one.name for one in firing.activated)
-                found.append(f"    ┼ {shown}{joined} → {targets}")
-    return found
+                lines.append(f"    ┼ {shown}{joined} → {targets}")
+    return lines
 
 
 def _readable(name: str, unnamed: str) -> str:
@@ -277,8 +277,8 @@ def _readable(name: str, unnamed: str) -> str:
 
 def _known(text: str, value: OperandValue) -> str:
     """The value of a variable as an addition to its text; none of a literal."""
-    found = value(text) if _VARIABLE.match(text) else None
-    return "" if found is None else f" = {found}"
+    shown = value(text) if _VARIABLE.match(text) else None
+    return "" if shown is None else f" = {shown}"
 
 
 def _actions(step: ChartStep) -> str:

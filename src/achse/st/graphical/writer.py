@@ -92,21 +92,21 @@ class BodyStatements:
             if not any(word.upper() in _RESERVED for word in words):
                 return path_of(words, at)
         try:
-            found: Expression = _moved(_parsed(text), at)
+            expression: Expression = _moved(_parsed(text), at)
         except SourceError as error:
             raise Unexpected(at, error.faults[0].message, error.faults[0].code) from None
-        return found
+        return expression
 
     def parsed_statements(self, text: str, at: int) -> Statements:
         """Parse a list of statements. Raises `Unexpected`."""
         try:
-            found = parse_statements(text)
+            statements = parse_statements(text)
         except SourceError as error:
             fault = error.faults[0]
             raise Unexpected(
                 at, f"line {fault.location.line}: {fault.message}", fault.code
             ) from None
-        return tuple(_moved(item, at) for item in found)
+        return tuple(_moved(item, at) for item in statements)
 
     # statements --------------------------------------------------------------------------------
 
@@ -145,18 +145,18 @@ class BodyStatements:
             edge: Expression = Binary("AND", now, Unary("NOT", memory, at), at)
         else:
             edge = Binary("AND", Unary("NOT", now, at), memory, at)
-        found = self.let(self.hidden("edge"), edge, at)
+        result = self.let(self.hidden("edge"), edge, at)
         self.assign(memory, now, at)
-        return found
+        return result
 
 
 def path_of(words: Iterable[str], at: int) -> Expression:
     """Return the path of names with dots between."""
     first, *rest = words
-    found: Expression = Name(first, at)
+    path: Expression = Name(first, at)
     for word in rest:
-        found = Member(found, word, at)
-    return found
+        path = Member(path, word, at)
+    return path
 
 
 _RESERVED = KEYWORDS | {"TRUE", "FALSE"}
@@ -182,5 +182,5 @@ def _moved(tree: Any, at: int) -> Any:
 
 def call_of(of: Expression, arguments: Iterable[tuple[str, Expression, bool]], at: int) -> Call:
     """Return a call with arguments `(name, value, is_output)`."""
-    made = tuple(Argument(name, value, is_output, at) for name, value, is_output in arguments)
-    return Call(of, made, at)
+    inputs = tuple(Argument(name, value, is_output, at) for name, value, is_output in arguments)
+    return Call(of, inputs, at)

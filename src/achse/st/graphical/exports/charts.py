@@ -41,9 +41,9 @@ class StepBody(NamedTuple):
 
 def step_bodies(text: str) -> Iterator[StepBody]:
     """Return the statements of steps that have any."""
-    for found in _STEP.finditer(text):
-        if found["body"].strip():
-            yield StepBody(_action_of(found[2]), found.start("body"), found.end("body"))
+    for match in _STEP.finditer(text):
+        if match["body"].strip():
+            yield StepBody(_action_of(match[2]), match.start("body"), match.end("body"))
 
 
 def _action_of(step: str) -> str:
@@ -53,26 +53,26 @@ def _action_of(step: str) -> str:
 def read_exported_steps(text: str) -> Sequence[ChartStep]:
     """Return the steps of a chart. Raises `Unexpected`."""
     steps = []
-    for found in _STEP.finditer(text):
-        unseen = _UNSEEN.search(found["body"])
+    for match in _STEP.finditer(text):
+        unseen = _UNSEEN.search(match["body"])
         if unseen is not None:
             raise Unexpected(
-                found.start("body") + unseen.start(1),
+                match.start("body") + unseen.start(1),
                 f"'{unseen[1]}' is not supported in a step",
                 Code.UNSUPPORTED_DRAWING,
             )
-        times = _TIMES.match(text, found.end())
+        times = _TIMES.match(text, match.end())
         steps.append(
             ChartStep(
-                found[2],
-                found[1] is not None,
+                match[2],
+                match[1] is not None,
                 "",
-                _action_of(found[2]) if found["body"].strip() else "",
+                _action_of(match[2]) if match["body"].strip() else "",
                 "",
                 "" if times is None else times[2].strip(),
                 "" if times is None else times[1].strip(),
                 (),
-                found.start(2),
+                match.start(2),
             )
         )
     return steps
@@ -81,10 +81,10 @@ def read_exported_steps(text: str) -> Sequence[ChartStep]:
 def read_exported_flow(text: str) -> StepFlow:
     """Return the flow of a chart. Raises `Unexpected`."""
     flow = StepFlow(read_exported_steps(text))
-    for found in _TRANSITION.finditer(text):
-        at = found.start("condition")
-        condition = _COMMENT.sub(" ", found["condition"]).strip().rstrip("; ")
-        left = tuple(flow.step(name, at) for name in re.findall(r"\w+", found["left"]))
-        right = [flow.step(name, at) for name in re.findall(r"\w+", found["right"])]
+    for match in _TRANSITION.finditer(text):
+        at = match.start("condition")
+        condition = _COMMENT.sub(" ", match["condition"]).strip().rstrip("; ")
+        left = tuple(flow.step(name, at) for name in re.findall(r"\w+", match["left"]))
+        right = [flow.step(name, at) for name in re.findall(r"\w+", match["right"])]
         flow.firings.append(Firing(ChartTransition(condition, at), left, right))
     return flow

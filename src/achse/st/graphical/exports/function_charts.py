@@ -68,8 +68,8 @@ def _elements(text: str) -> Iterator[list[_Line]]:
     """The lines of each element: `_ELEMENT`, its facts, groups of pins, `_END`."""
     element: list[_Line] = []
     depth = 0
-    for found in _LINE.finditer(text):
-        line = _Line(found[1], found[2] or "", found.start(1))
+    for match in _LINE.finditer(text):
+        line = _Line(match[1], match[2] or "", match.start(1))
         if line.word == "_ELEMENT" and not depth:
             element = []
         if line.word in ("_ELEMENT", "_IN", "_OUT"):

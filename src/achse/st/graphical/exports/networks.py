@@ -77,11 +77,11 @@ class _Reader:
         return self._next()
 
     def _count(self, word: str) -> int:
-        found = _COUNTED.match(self._line)
-        if found is None or found[1] != word:
+        match = _COUNTED.match(self._line)
+        if match is None or match[1] != word:
             raise self._fault(f"expected {word} : NUMBER, got '{self._line[:60]}'")
         self._position += 1
-        return int(found[2])
+        return int(match[2])
 
     def _fault(self, message: str, code: Code = Code.BAD_DRAWING) -> Unexpected:
         return Unexpected(self._at, message, code)

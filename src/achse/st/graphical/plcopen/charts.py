@@ -45,14 +45,14 @@ def inline_actions(text: str) -> Sequence[InlineAction]:
         elements = DiagramElements(text)
     except Unexpected:
         return ()
-    found = []
+    actions = []
     for element in elements.root.walk():
         if element.tag == "action" and (statements := _statements(element)) is not None:
             start = statements.begin_at
             name = _inline_name(elements, element)
             body = statements.text[statements.begin :]
-            found.append(InlineAction(name, body, start.line, start.column))
-    return found
+            actions.append(InlineAction(name, body, start.line, start.column))
+    return actions
 
 
 def _inline_name(elements: DiagramElements, action: Element) -> str:
@@ -62,10 +62,10 @@ def _inline_name(elements: DiagramElements, action: Element) -> str:
 def _statements(element: Element) -> Element | None:
     """The element with the text of an `inline` in Structured Text."""
     inline = element.find("inline")
-    found = None if inline is None else inline.find("ST")
-    if found is None:
+    body = None if inline is None else inline.find("ST")
+    if body is None:
         return None
-    return next((one for one in found.children if one.text.strip()), found)
+    return next((one for one in body.children if one.text.strip()), body)
 
 
 def read_drawn_steps(text: str) -> Sequence[ChartStep]:
@@ -154,8 +154,8 @@ class _Chart:
         transitions.sort(key=self._rank)
         firings: dict[int, list[Firing]] = {}
         for element in transitions:
-            made = ChartTransition(self._condition(element), self._of.at(element))
-            firings[id(element)] = [Firing(made, left) for left in self._left(element, element)]
+            drawn = ChartTransition(self._condition(element), self._of.at(element))
+            firings[id(element)] = [Firing(drawn, left) for left in self._left(element, element)]
             flow.firings += firings[id(element)]
         for element in self._of.root.children:
             if element.tag == "step":
@@ -178,62 +178,62 @@ class _Chart:
         left, top = self._of.position(element)
         return whole_number(priority) or 1 << 30, left, top
 
-    def _before(self, element: Element, asked: Element) -> Iterator[Element]:
+    def _before(self, element: Element, target: Element) -> Iterator[Element]:
         """The elements that lead to an element."""
         self._depth += 1
         if self._depth > _DEEPEST:
-            raise self._of.fault(asked, "branches lead in a circle", Code.BAD_CHART_FLOW)
+            raise self._of.fault(target, "branches lead in a circle", Code.BAD_CHART_FLOW)
         points = [element, *(one for one in element.children if one.find("connection") is None)]
         seen: set[str] = set()
         for point in points if element.tag.endswith("Convergence") else [element]:
-            for found in point.all("connectionPointIn"):
-                for one in found.all("connection"):
+            for point_in in point.all("connectionPointIn"):
+                for one in point_in.all("connection"):
                     key = one.attributes.get("refLocalId", "")
                     if key in self._of.by_id and key not in seen:
                         seen.add(key)
                         yield self._of.by_id[key]
         self._depth -= 1
 
-    def _left(self, element: Element, asked: Element) -> list[tuple[ChartStep, ...]]:
+    def _left(self, element: Element, target: Element) -> list[tuple[ChartStep, ...]]:
         """The steps that a transition leaves: each alternative with all of its steps."""
-        found: list[tuple[ChartStep, ...]] = []
-        for before in self._before(element, asked):
+        steps: list[tuple[ChartStep, ...]] = []
+        for before in self._before(element, target):
             match before.tag:
                 case "step":
-                    found.append((self._steps[id(before)],))
+                    steps.append((self._steps[id(before)],))
                 case "selectionDivergence" | "selectionConvergence":
-                    found += self._left(before, asked)
+                    steps += self._left(before, target)
                 case "simultaneousConvergence":
                     groups = [
-                        [(self._steps[id(one)],)] if one.tag == "step" else self._left(one, asked)
-                        for one in self._before(before, asked)
+                        [(self._steps[id(one)],)] if one.tag == "step" else self._left(one, target)
+                        for one in self._before(before, target)
                     ]
-                    found += [
+                    steps += [
                         tuple(step for one in group for step in one) for group in product(*groups)
                     ]
                 case "transition":
                     raise self._of.fault(
-                        asked, "two transitions follow each other", Code.BAD_CHART_FLOW
+                        target, "two transitions follow each other", Code.BAD_CHART_FLOW
                     )
-        return found
+        return steps
 
-    def _fired_by(self, element: Element, asked: Element) -> list[Element]:
+    def _fired_by(self, element: Element, target: Element) -> list[Element]:
         """The transitions that lead to a step."""
-        found: list[Element] = []
-        for before in self._before(element, asked):
+        transitions: list[Element] = []
+        for before in self._before(element, target):
             if before.tag == "transition":
-                found.append(before)
+                transitions.append(before)
             elif before.tag in (
                 "selectionConvergence", "simultaneousDivergence", "selectionDivergence"
             ):  # fmt: skip
-                found += self._fired_by(before, asked)
+                transitions += self._fired_by(before, target)
             elif before.tag == "step":
                 raise self._of.fault(
-                    asked,
+                    target,
                     f"expected a transition behind step {before.attributes.get('name', '')}",
                     Code.BAD_CHART_FLOW,
                 )
-        return found
+        return transitions
 
     # conditions --------------------------------------------------------------------------------
 

@@ -84,7 +84,7 @@ class _Diagram:
         if not self._of.condition:
             return everything
         labels = {one.attributes.get("name"): one for one in everything if one.tag == "connector"}
-        found: dict[int, Element] = {}
+        reached: dict[int, Element] = {}
         waiting = [self._transition()]
         while waiting:
             element = waiting.pop()
@@ -93,10 +93,10 @@ class _Diagram:
             for part in element.walk():
                 for key, _ in connections_of(part):
                     other = self._of.by_id.get(key)
-                    if other is not None and id(other) not in found and other.tag not in _CHART:
-                        found[id(other)] = other
+                    if other is not None and id(other) not in reached and other.tag not in _CHART:
+                        reached[id(other)] = other
                         waiting.append(other)
-        return [one for one in everything if id(one) in found]
+        return [one for one in everything if id(one) in reached]
 
     def _transition(self) -> Element:
         """The condition of the transition that counts."""
@@ -118,14 +118,14 @@ class _Diagram:
 
     # pins --------------------------------------------------------------------------------------
 
-    def _pin(self, name: str = "", facts: Element | None = None, *, by: bool = False) -> ChartPin:
+    def _pin(self, name: str = "", element: Element | None = None, *, by: bool = False) -> ChartPin:
         """A new pin, negated and with the edge that an element says."""
         self._next += 1
-        found = {} if facts is None else facts.attributes
-        edge = _EDGES.get(found.get("edge", ""))
-        if edge is None and facts is not None:
-            raise self._of.fault(facts, f"edge {found['edge'][:20]} is not supported")
-        return ChartPin(self._next, name, found.get("negated") == "true", by, edge or 0)
+        attributes = {} if element is None else element.attributes
+        edge = _EDGES.get(attributes.get("edge", ""))
+        if edge is None and element is not None:
+            raise self._of.fault(element, f"edge {attributes['edge'][:20]} is not supported")
+        return ChartPin(self._next, name, attributes.get("negated") == "true", by, edge or 0)
 
     def _announce(self, element: Element) -> None:
         """Make the output pins of an element: others lead to them before it is made."""
@@ -153,21 +153,21 @@ class _Diagram:
 
     def _connect(self, pin: ChartPin, owner: Element, point: Element) -> bool:
         """Lead what a connection point names to a pin. Return True if there is anything."""
-        found = [
+        sources = [
             source
             for key, name in connections_of(point)
             for source in self._source(key, name, owner)
         ]
-        if not found:
+        if not sources:
             return False
-        if len(found) > 1:
-            pins = [self._pin() for _ in found]
-            self._sources += [(one.id, source) for one, source in zip(pins, found, strict=True)]
-            found = [self._operator("OR", pins, owner).id]
-        self._sources.append((pin.id, found[0]))
+        if len(sources) > 1:
+            pins = [self._pin() for _ in sources]
+            self._sources += [(one.id, source) for one, source in zip(pins, sources, strict=True)]
+            sources = [self._operator("OR", pins, owner).id]
+        self._sources.append((pin.id, sources[0]))
         return True
 
-    def _source(self, key: str, name: str, asked: Element) -> list[int]:
+    def _source(self, key: str, name: str, target: Element) -> list[int]:
         """The output pins that a connection leads to, through coils and connectors."""
         element = self._of.by_id.get(key)
         if element is None:
@@ -183,11 +183,11 @@ class _Diagram:
         if element.tag in ("coil", "connector"):
             self._depth += 1
             if self._depth > _DEEPEST:
-                raise self._of.fault(asked, "connectors lead in a circle", Code.INCOMPLETE_DRAWING)
+                raise self._of.fault(target, "connectors lead in a circle", Code.INCOMPLETE_DRAWING)
             sources = [
                 source
                 for inner, inner_name in connections_of(element)
-                for source in self._source(inner, inner_name, asked)
+                for source in self._source(inner, inner_name, target)
             ]
             self._depth -= 1
             self._led[id(element)] = sources = list(dict.fromkeys(sources))
@@ -233,7 +233,7 @@ class _Diagram:
                 label = ChartLabel(element.attributes.get("label", ""), bounds, at)
                 self._items.append((element, label))
             case "jump" | "return":
-                pin = self._pin(facts=element)
+                pin = self._pin(element=element)
                 self._connect(pin, element, element)
                 label_name = element.attributes.get("label", "") if element.tag == "jump" else ""
                 self._items.append((element, ChartLeave(label_name, pin, bounds, at)))
@@ -248,7 +248,7 @@ class _Diagram:
     def _value(self, element: Element, tag: str, output: int) -> None:
         """An expression; one that is negated or has an edge goes through a box."""
         at, text = self._of.at(element), self._text(element, tag)
-        through = self._pin(facts=element)
+        through = self._pin(element=element)
         if not through.is_negated and not through.edge:
             self._inputs.append(ChartInput(text, ChartPin(output, "", False), at))
             return
@@ -261,7 +261,7 @@ class _Diagram:
         variable = self._pin()
         text = self._text(element, "variable")
         self._inputs.append(ChartInput(text, variable, self._of.at(element)))
-        pin = self._pin(facts=element)
+        pin = self._pin(element=element)
         self._sources.append((pin.id, variable.id))
         inputs = [pin]
         rails = {
@@ -281,7 +281,7 @@ class _Diagram:
         storing = _STORING.get(element.attributes.get("storage", ""))
         if storing is None:
             raise self._of.fault(element, f"storage {element.attributes['storage'][:20]}")
-        pin = self._pin(facts=element)
+        pin = self._pin(element=element)
         if not self._connect(pin, element, element):
             return
         at, bounds = self._of.at(element), self._of.position(element)
@@ -346,7 +346,7 @@ class _Diagram:
         numbers = [_order_of(element) for element, _ in self._items]
         if numbers and all(numbers):
             ranked = sorted(zip(numbers, self._items, strict=True), key=lambda item: item[0])
-            return [made for _, (_, made) in ranked]
+            return [element for _, (_, element) in ranked]
         networks = {} if self._of.condition else self._networks()
         groups: dict[str, list[int]] = {}
         for index, (element, _) in enumerate(self._items):
@@ -360,14 +360,19 @@ class _Diagram:
 
         producers = {
             pin.id: index
-            for index, (_, made) in enumerate(self._items)
-            if isinstance(made, ChartBox)
-            for pin in (*made.outputs, *((made.enable_output,) if made.enable_output else ()))
+            for index, (_, element) in enumerate(self._items)
+            if isinstance(element, ChartBox)
+            for pin in (
+                *element.outputs,
+                *((element.enable_output,) if element.enable_output else ()),
+            )
         }
         consumers = {
-            pin: index for index, (_, made) in enumerate(self._items) for pin in _input_ids(made)
+            pin: index
+            for index, (_, element) in enumerate(self._items)
+            for pin in _input_ids(element)
         }
-        found: list[Ordered] = []
+        ordered: list[Ordered] = []
         for group in sorted(groups.values(), key=rank):
             place = {index: number for number, index in enumerate(group)}
             edges = [
@@ -375,8 +380,8 @@ class _Diagram:
                 for pin, source in self._sources
                 if producers.get(source) in place and consumers.get(pin) in place
             ]
-            found += execution_order([self._items[index][1] for index in group], edges)
-        return found
+            ordered += execution_order([self._items[index][1] for index in group], edges)
+        return ordered
 
     def _networks(self) -> dict[int, str]:
         """A name of its network for each element."""
@@ -408,11 +413,11 @@ def _order_of(element: Element) -> int:
     return whole_number(element.attributes.get("executionOrderId", "0"))
 
 
-def _input_ids(made: Ordered) -> list[int]:
-    match made:
+def _input_ids(item: Ordered) -> list[int]:
+    match item:
         case ChartBox():
-            pins = [pin.id for pin in made.inputs]
-            return pins if made.enable is None else [made.enable.id, *pins]
+            pins = [pin.id for pin in item.inputs]
+            return pins if item.enable is None else [item.enable.id, *pins]
         case ChartOutput() | ChartLeave():
-            return [made.input.id]
+            return [item.input.id]
     return []

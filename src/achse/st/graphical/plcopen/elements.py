@@ -55,9 +55,9 @@ class DiagramElements:
 
     def position(self, element: Element) -> tuple[int, int]:
         """Left and top of an element."""
-        found = element.find("position")
-        facts = {} if found is None else found.attributes
-        left, top = (facts.get(key, "0") for key in "xy")
+        position = element.find("position")
+        attributes = {} if position is None else position.attributes
+        left, top = (attributes.get(key, "0") for key in "xy")
         return _number(left), _number(top)
 
 
@@ -81,6 +81,6 @@ def _number(text: str) -> int:
 def connections_of(element: Element | None) -> Iterator[tuple[str, str]]:
     """Numbers of the elements that lead to a `connectionPointIn`'s owner, and their outputs."""
     point = None if element is None else element.find("connectionPointIn")
-    for found in point.all("connection") if point is not None else ():
-        facts = found.attributes
-        yield facts.get("refLocalId", ""), facts.get("formalParameter", "")
+    for connection in point.all("connection") if point is not None else ():
+        attributes = connection.attributes
+        yield attributes.get("refLocalId", ""), attributes.get("formalParameter", "")
