@@ -69,7 +69,7 @@ class ArgumentBinder:
         expressions, converter = self._body.expressions, self._body.converter
         inputs: list[Stored] = []
         outputs: list[Stored] = []
-        given: set[str] = set()
+        assigned: set[str] = set()
         for position, argument in enumerate(arguments):
             key = argument.name.lower()
             if key:
@@ -91,7 +91,7 @@ class ArgumentBinder:
                 key = parameter.variable.name.lower()
             if argument.name and signature is not None:
                 self._body.note_use(argument, signature, None)
-            if key in given:
+            if key in assigned:
                 if not (argument.name and arguments[0].name):
                     raise Unexpected(
                         argument.at,
@@ -105,7 +105,7 @@ class ArgumentBinder:
                 )
                 name = parameter.variable.name
                 inputs = [item for item in inputs if item.storage.name != name]
-            given.add(key)
+            assigned.add(key)
             if argument.value is None:
                 continue
             place = place_of(parameter, argument.at, unit)
@@ -120,8 +120,8 @@ class ArgumentBinder:
                 inputs.append(Stored(place, value, place.type, value_at))
             else:
                 inputs += self.input(parameter, place, operand, value_at)
-        if len(given) < len(by_name):
-            self._check_missing(signature, by_name, given, at)
+        if len(assigned) < len(by_name):
+            self._check_missing(signature, by_name, assigned, at)
         return tuple(inputs), tuple(outputs)
 
     def _no_parameter(
@@ -142,7 +142,7 @@ class ArgumentBinder:
         self,
         signature: Signature | None,
         by_name: Mapping[str, DeclaredParameter],
-        given: set[str],
+        assigned: set[str],
         at: int,
     ) -> None:
         if signature is None or signature.kind in (
@@ -151,7 +151,7 @@ class ArgumentBinder:
         ):
             return
         for key, parameter in by_name.items():
-            if key in given:
+            if key in assigned:
                 continue
             name = parameter.variable.name
             if parameter.section == "VAR_IN_OUT":
@@ -293,8 +293,8 @@ class ArgumentBinder:
                 at, f"{parameter.variable.name} => takes a variable", Code.OUTPUT_TARGET
             )
         body.check_writable(into, at)
-        found = read(place, parameter.variable.type, at)
-        value = body.converter.implicit(found, into.type, at)
+        output = read(place, parameter.variable.type, at)
+        value = body.converter.implicit(output, into.type, at)
         return Stored(into.storage, value, into.storage.type, at)
 
     def _output_to_property(
@@ -303,10 +303,10 @@ class ArgumentBinder:
         """`nOut => Property`: kept after the call, and set behind the statement."""
         frame, calls = self._body.frame, self._body.calls
         type = flat(parameter.variable.type)
-        kept = frame.storage(frame.temporary(type), at)
-        operand = TypedOperand(Read(kept, type, at), parameter.variable.type, kept)
+        temporary = frame.storage(frame.temporary(type), at)
+        operand = TypedOperand(Read(temporary, type, at), parameter.variable.type, temporary)
         calls.after.append(Do(calls.write_property(use, operand, at), at))
-        return Stored(kept, Read(place, type, at), type, at)
+        return Stored(temporary, Read(place, type, at), type, at)
 
 
 def _is_any(type: IecType[Any]) -> bool:

@@ -43,8 +43,8 @@ def _own_value(tree: Expression, target: IecType[Any], value: TypedOperand) -> T
     enum = resolved(target)
     if not (isinstance(tree, Name) and isinstance(enum, EnumType)) or is_whole(value.flat):
         return None
-    found = (n for name, n in enum.numbers.items() if name.lower() == tree.name.lower())
-    number = next(found, None)
+    numbers = (n for name, n in enum.numbers.items() if name.lower() == tree.name.lower())
+    number = next(numbers, None)
     return None if number is None else constant_operand(Constant(number, enum), tree.at)
 
 
@@ -82,16 +82,16 @@ class Assignments:
     ) -> TypedOperand:
         """A value put into a variable of a type."""
         body = self._body
-        found = body.converter.implicit(value, type, value_at)
+        converted_value = body.converter.implicit(value, type, value_at)
         if isinstance(storage.type, StructType):
             self._check_copy(storage.type, at)
         limits = subrange_of(type)
         if limits is not None:
-            number = found.value if isinstance(found, Known) else limits.low
+            number = converted_value.value if isinstance(converted_value, Known) else limits.low
             if isinstance(number, int) and not limits.low <= number <= limits.high:
                 body.warn(value_at, f"{number} is outside {limits.name}", Code.OUTSIDE_SUBRANGE)
-            found = body.checks.in_range(found, value, limits, value_at)
-        stored = Stored(storage, found, storage.type, at)
+            converted_value = body.checks.in_range(converted_value, value, limits, value_at)
+        stored = Stored(storage, converted_value, storage.type, at)
         return TypedOperand(stored, type, storage)
 
     def _check_copy(self, type: StructType[Any], at: int) -> None:
@@ -222,14 +222,14 @@ class Assignments:
         type = operand.flat
         before = body.converter.implicit(body.expressions.operand(old), operand.type, old.at)
         after = body.converter.implicit(body.expressions.operand(new), operand.type, new.at)
-        kept = body.frame.storage(body.frame.temporary(type), at)
+        temporary = body.frame.storage(body.frame.temporary(type), at)
         is_old = Computed(Operator.EQ, (Read(storage, type, at), before), BOOL, at)
-        noted = Stored(kept, converted(is_old, type, at), type, at)
-        was_old = Computed(Operator.NE, (Read(kept, type, at), Known(0, type, at)), BOOL, at)
+        noted = Stored(temporary, converted(is_old, type, at), type, at)
+        was_old = Computed(Operator.NE, (Read(temporary, type, at), Known(0, type, at)), BOOL, at)
         chosen = Computed(Operator.SEL, (was_old, Read(storage, type, at), after), type, at)
         stored = Stored(storage, chosen, type, at)
-        found = Computed(Operator.MUX, (Known(0, DINT, at), noted, stored), type, at)
-        return TypedOperand(Computed(Operator.NE, (found, Known(0, type, at)), BOOL, at), BOOL)
+        exchange = Computed(Operator.MUX, (Known(0, DINT, at), noted, stored), type, at)
+        return TypedOperand(Computed(Operator.NE, (exchange, Known(0, type, at)), BOOL, at), BOOL)
 
     def _pointed(self, name: str, pointer: Expression, at: int) -> tuple[TypedOperand, Storage]:
         """The whole number that a pointer leads to."""
@@ -251,8 +251,8 @@ class Assignments:
         """The old value, kept in a temporary while the new one is stored: SEL takes the first."""
         body = self._body
         type = operand.flat
-        kept = body.frame.storage(body.frame.temporary(type), at)
-        old = Stored(kept, Read(storage, type, at), type, at)
+        temporary = body.frame.storage(body.frame.temporary(type), at)
+        old = Stored(temporary, Read(storage, type, at), type, at)
         stored = Stored(storage, new, type, at)
-        found = Computed(Operator.MUX, (Known(0, DINT, at), old, stored), type, at)
-        return TypedOperand(found, operand.type)
+        exchange = Computed(Operator.MUX, (Known(0, DINT, at), old, stored), type, at)
+        return TypedOperand(exchange, operand.type)

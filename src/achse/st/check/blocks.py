@@ -34,22 +34,22 @@ class Blocks:
         tree = entry.tree
         if not isinstance(tree, FunctionBlock) or tree.extends is None:
             return None
-        found = self._names.scopes.find(tree.extends.name, entry.space)
+        base = self._names.scopes.find(tree.extends.name, entry.space)
         type = entry.type
         if isinstance(type, StructType) and type.base is not None:
-            found = self._names.entry_of(type.base) or found
-        if found is not None and isinstance(found.tree, FunctionBlock) and found is not entry:
-            return found
+            base = self._names.entry_of(type.base) or base
+        if base is not None and isinstance(base.tree, FunctionBlock) and base is not entry:
+            return base
         return None
 
     def chain(self, entry: DeclaredUnit) -> list[DeclaredUnit]:
         """The block and its bases, the most derived first."""
-        found: list[DeclaredUnit] = []
+        chain: list[DeclaredUnit] = []
         here: DeclaredUnit | None = entry
-        while here is not None and here not in found:
-            found.append(here)
+        while here is not None and here not in chain:
+            chain.append(here)
             here = self.base(here)
-        return found
+        return chain
 
     def bases_of_interface(self, entry: DeclaredUnit) -> Iterator[DeclaredUnit]:
         """The interfaces that an interface extends, all of them."""
@@ -61,29 +61,29 @@ class Blocks:
             if not isinstance(tree, Interface):
                 continue
             for named in tree.extends:
-                found = self._interface(named, here)
-                if found is not None and id(found) not in seen:
-                    seen.add(id(found))
-                    waiting.append(found)
-                    yield found
+                base = self._interface(named, here)
+                if base is not None and id(base) not in seen:
+                    seen.add(id(base))
+                    waiting.append(base)
+                    yield base
 
     def _interface(self, named: NamedType, where: DeclaredUnit) -> DeclaredUnit | None:
-        found = self._names.scopes.find(named.name, where.space)
-        return found if found is not None and isinstance(found.tree, Interface) else None
+        unit = self._names.scopes.find(named.name, where.space)
+        return unit if unit is not None and isinstance(unit.tree, Interface) else None
 
     def own_parts(self, entry: DeclaredUnit) -> dict[str, Part]:
         """The parts that a unit declares itself, by name in lower case."""
-        found = self._own.get(id(entry))
-        if found is None:
+        own = self._own.get(id(entry))
+        if own is None:
             tree = entry.tree
             parts = tree.parts if isinstance(tree, _WITH_PARTS) else ()
-            found = self._own[id(entry)] = {part.name.lower(): part for part in parts}
-        return found
+            own = self._own[id(entry)] = {part.name.lower(): part for part in parts}
+        return own
 
     def part(self, entry: DeclaredUnit, key: str) -> FoundPart | None:
         """The part of that name, in lower case: the unit's own, or of the nearest base."""
-        found = self._parts.get(id(entry))
-        return (self._all_parts(entry) if found is None else found).get(key)
+        parts = self._parts.get(id(entry))
+        return (self._all_parts(entry) if parts is None else parts).get(key)
 
     def _all_parts(self, entry: DeclaredUnit) -> dict[str, FoundPart]:
         """The parts of a unit and its bases by name, kept once the types of the blocks are
@@ -94,13 +94,13 @@ class Blocks:
         )
         if isinstance(entry.tree, Interface):
             units += self.bases_of_interface(entry)
-        found: dict[str, FoundPart] = {}
+        all_parts: dict[str, FoundPart] = {}
         for here in units:
             for key, part in self.own_parts(here).items():
-                found.setdefault(key, FoundPart(here, part))
+                all_parts.setdefault(key, FoundPart(here, part))
         if is_final:
-            self._parts[id(entry)] = found
-        return found
+            self._parts[id(entry)] = all_parts
+        return all_parts
 
     def accessor(
         self, entry: DeclaredUnit, tree: Property, *, get: bool
@@ -118,8 +118,8 @@ class Blocks:
 
     def interfaces(self, entry: DeclaredUnit) -> frozenset[str]:
         """The keys of all interfaces that a block (or interface) has, its bases' included."""
-        found = self._interfaces.get(id(entry))
-        if found is None:
+        interfaces = self._interfaces.get(id(entry))
+        if interfaces is None:
             self._interfaces[id(entry)] = frozenset()
             keys: set[str] = set()
             for here in self.chain(entry):
@@ -132,17 +132,17 @@ class Blocks:
                         keys |= self._predefined_interfaces(named.name)
             if isinstance(entry.tree, Interface):
                 keys |= {base.name.lower() for base in self.bases_of_interface(entry)}
-            found = self._interfaces[id(entry)] = frozenset(keys)
-        return found
+            interfaces = self._interfaces[id(entry)] = frozenset(keys)
+        return interfaces
 
     def _predefined_interfaces(self, name: str) -> set[str]:
         """Return the keys of an interface of a symbol file and of its bases there."""
-        found: set[str] = set()
-        while name and name.lower() not in found:
-            found.add(name.lower())
+        names: set[str] = set()
+        while name and name.lower() not in names:
+            names.add(name.lower())
             signature = self._names.predefined.signature(name)
             name = "" if signature is None else signature.extends
-        return found
+        return names
 
     def implements(self, type: StructType[Any], interface: InterfaceType) -> bool | None:
         """Return True if a function block has an interface, None if its declaration is not

@@ -52,12 +52,12 @@ _LONGEST_TEXT = 255
 
 def conversion_target(name: str) -> tuple[IecType[Any] | None, IecType[Any]] | None:
     """Source (None for any) and target of a conversion like `TO_INT` or `REAL_TO_INT`."""
-    found = _CONVERSION.fullmatch(name.upper())
-    if found is None:
+    match = _CONVERSION.fullmatch(name.upper())
+    if match is None:
         return None
-    target = _elementary(found[2])
-    source = None if found[1] in (None, "ANY") else _elementary(found[1])
-    if target is None or (source is None and found[1] not in (None, "ANY")):
+    target = _elementary(match[2])
+    source = None if match[1] in (None, "ANY") else _elementary(match[1])
+    if target is None or (source is None and match[1] not in (None, "ANY")):
         return None
     return source, target
 
@@ -143,12 +143,12 @@ class Builtins:
             raise Unexpected(
                 at, f"{name} takes {count} arguments, got {len(trees)}", Code.ARGUMENT_COUNT
             )
-        found = []
+        operands = []
         for tree in trees:
             if tree is None:
                 raise Unexpected(at, f"an argument of {name} is missing", Code.ARGUMENT_COUNT)
-            found.append(self._body.expressions.operand(tree))
-        return found
+            operands.append(self._body.expressions.operand(tree))
+        return operands
 
     # conversions -----------------------------------------------------------------------------
 
@@ -176,11 +176,11 @@ class Builtins:
         value = operand.value
         if source is not None and _is_plain(operand.flat) and _is_plain(source):
             value = self._as_source(operand, source, at)
-        found = converted(value, target, at)
-        if _is_count(target) is not _is_count(found.type):
+        result = converted(value, target, at)
+        if _is_count(target) is not _is_count(result.type):
             # A TIME as a number computes like a number, and a number as a TIME like a time.
-            found = folded(Converted(found, target, Conversion.EXTEND, at))
-        return TypedOperand(found, target, text=None)
+            result = folded(Converted(result, target, Conversion.EXTEND, at))
+        return TypedOperand(result, target, text=None)
 
     def _as_source(self, operand: TypedOperand, source: IecType[Any], at: int) -> TypedValue:
         """The operand at the type that the name of the conversion begins with."""
@@ -244,10 +244,10 @@ class Builtins:
         value = converted(operand.value, LREAL, at)
         if isinstance(operand.flat, RealType):
             value = operand.value
-        found = folded(Converted(value, DINT, Conversion.TRUNCATE, at))
+        truncated = folded(Converted(value, DINT, Conversion.TRUNCATE, at))
         if name == "TRUNC_INT":
-            return TypedOperand(converted(found, INT, at), INT)
-        return TypedOperand(found, DINT)
+            return TypedOperand(converted(truncated, INT, at), INT)
+        return TypedOperand(truncated, DINT)
 
     # choice ----------------------------------------------------------------------------------
 
@@ -263,11 +263,11 @@ class Builtins:
         assert machine is not None
         if isinstance(machine, StringType):
             machine = resolved(formal)
-        found = folded(Computed(Operator[name], tuple(values), machine, at))
+        result = folded(Computed(Operator[name], tuple(values), machine, at))
         loose = all(item.loose for item in operands)
         soft = all(item.soft or item.loose for item in operands)
         return TypedOperand(
-            found, formal, loose=loose and not isinstance(machine, StringType), soft=soft
+            result, formal, loose=loose and not isinstance(machine, StringType), soft=soft
         )
 
     def _selected(self, name: str, operands: list[TypedOperand], at: int) -> TypedOperand:
@@ -292,15 +292,15 @@ class Builtins:
         if len(numbers) == len(rest) and isinstance(machine, IntegerType):
             # Constants alone: the type that holds all of them.
             formal = max((natural(int(number or 0)) for number in numbers), key=_size)
-        found: TypedValue
+        selection: TypedValue
         if all(map(_is_at_hand, values)):
-            found = Computed(Operator[name], (chooser, *values), machine, at)
+            selection = Computed(Operator[name], (chooser, *values), machine, at)
         elif name == "SEL":
-            found = Computed(Operator.IF, (chooser, *values), machine, at)
+            selection = Computed(Operator.IF, (chooser, *values), machine, at)
         else:
-            found = self._one_of_many(chooser, values, machine, at)
+            selection = self._one_of_many(chooser, values, machine, at)
         soft = all(item.soft or item.loose for item in rest)
-        return TypedOperand(found, formal, soft=soft)
+        return TypedOperand(selection, formal, soft=soft)
 
     def _one_of_many(
         self, chooser: TypedValue, values: Sequence[TypedValue], type: IecType[Any], at: int
@@ -309,18 +309,18 @@ class Builtins:
         kind = chooser.type
         assert kind is not None
         frame = self._body.frame
-        kept = frame.storage(frame.temporary(kind), at)
-        found = values[-1]
+        temporary = frame.storage(frame.temporary(kind), at)
+        selection = values[-1]
         for place in reversed(range(len(values) - 1)):
-            number = Read(kept, kind, at) if place else Stored(kept, chooser, kind, at)
+            number = Read(temporary, kind, at) if place else Stored(temporary, chooser, kind, at)
             here = Computed(Operator.EQ, (number, Known(place, kind, at)), BOOL, at)
-            found = Computed(Operator.IF, (here, found, values[place]), type, at)
-        return found
+            selection = Computed(Operator.IF, (here, selection, values[place]), type, at)
+        return selection
 
     def _moved(self, name: str, operands: list[TypedOperand], at: int) -> TypedOperand:
-        found = operands[0]
+        operand = operands[0]
         return TypedOperand(
-            found.value, found.type, loose=found.loose, soft=found.soft, text=found.text
+            operand.value, operand.type, loose=operand.loose, soft=operand.soft, text=operand.text
         )
 
     # bits ------------------------------------------------------------------------------------
@@ -337,8 +337,8 @@ class Builtins:
         operator = Operator[name]
         machine = promoted(type) if operator in (Operator.SHL, Operator.SHR) else counted(type)
         amount = converted(count.value, DINT, at)
-        found = Computed(operator, (converted(value.value, machine, at), amount), machine, at)
-        return TypedOperand(folded(found), value.type, loose=value.loose and count.loose)
+        shifted = Computed(operator, (converted(value.value, machine, at), amount), machine, at)
+        return TypedOperand(folded(shifted), value.type, loose=value.loose and count.loose)
 
     # texts -----------------------------------------------------------------------------------
 
@@ -454,12 +454,12 @@ _ROWS: dict[str, _Row] = {
 
 
 def _values(name: str, arguments: Sequence[Argument], at: int) -> list[Expression]:
-    found = []
+    values = []
     for argument in arguments:
         if argument.value is None:
             raise Unexpected(at, f"an argument of {name} is missing", Code.ARGUMENT_COUNT)
-        found.append(argument.value)
-    return found
+        values.append(argument.value)
+    return values
 
 
 def _is_plain(type: IecType[Any]) -> bool:

@@ -65,24 +65,24 @@ class CallChecker:
     def call(self, tree: Call) -> TypedOperand:
         """`of(arguments)`. Raises `Unexpected` and `Failed`."""
         body = self._body
-        found = body.expressions.callee(tree.of)
+        target = body.expressions.callee(tree.of)
         at = tree.at or tree.of.at
-        match found:
+        match target:
             case BuiltinName(name):
                 return body.builtins.call(name, tree.arguments, tree.of.at)
             case Callee():
-                return self.invoke(found, tree.arguments, tree.of.at)
+                return self.invoke(target, tree.arguments, tree.of.at)
             case UnitName():
-                return self.program(found, tree.arguments, tree.of.at)
+                return self.program(target, tree.arguments, tree.of.at)
             case BaseInstance(entry):
                 signature = body.checking.routines.of_body(entry)
                 address = body.names.this_address(at)
                 callee = Callee(signature, address, True, at)
                 return self.invoke(callee, tree.arguments, tree.of.at)
             case TypedOperand():
-                return self.block(found, tree.arguments, tree.of.at)
+                return self.block(target, tree.arguments, tree.of.at)
             case PropertyUse():
-                return self.block(self.read_property(found), tree.arguments, tree.of.at)
+                return self.block(self.read_property(target), tree.arguments, tree.of.at)
             case TypeName(name=name):
                 raise Unexpected(
                     tree.of.at, f"{name} is a type and cannot be called", Code.NOT_CALLABLE
@@ -99,13 +99,13 @@ class CallChecker:
             at, f"no function or instance is named '{name[:80]}'{near}", Code.UNKNOWN_CALL
         )
 
-    def statement(self, found: Meaning, at: int) -> TypedOperand:
+    def statement(self, meaning: Meaning, at: int) -> TypedOperand:
         """A call without parentheses that stands alone: of an action, program or instance."""
-        match found:
+        match meaning:
             case Callee():
-                return self.invoke(found, (), at)
+                return self.invoke(meaning, (), at)
             case UnitName(entry=entry) if entry is not None and isinstance(entry.tree, Program):
-                return self.program(found, (), at)
+                return self.program(meaning, (), at)
             case BuiltinName(name):
                 return self._body.builtins.call(name, (), at)
             case BaseInstance():

@@ -76,8 +76,8 @@ def check(
     """
     with collection_paused():  # the typed form has no cycles
         checking = Checking(declarations.names, predefined, check_bounds=check_bounds)
-        found = checking.project()
-        return found if reach is None else of_reached(found, reach, tuple(unreached))
+        project = checking.project()
+        return project if reach is None else of_reached(project, reach, tuple(unreached))
 
 
 class NameUse(NamedTuple):
@@ -151,10 +151,10 @@ class Checking:
 
     def pointer_to(self, type: IecType[Any]) -> PointerType:
         """`POINTER TO type`."""
-        found = self._pointers.get(id(type))
-        if found is None:
-            found = self._pointers[id(type)] = PointerType(type, self.names.rules.pointer_size)
-        return found
+        pointer = self._pointers.get(id(type))
+        if pointer is None:
+            pointer = self._pointers[id(type)] = PointerType(type, self.names.rules.pointer_size)
+        return pointer
 
     def predefined_variable(self, key: str) -> tuple[StructType[Any], str] | None:
         """A variable that the runtime declares, by its name alone."""
@@ -172,13 +172,13 @@ class Checking:
         """A function of the user's own, by its name in lower case."""
         if key not in self._functions:
             entry = self.names.scopes.entries.get(key)
-            found = None
+            signature = None
             if entry is not None and isinstance(entry.tree, Function) and not entry.is_library:
                 try:
-                    found = self.routines.of_function(entry)
+                    signature = self.routines.of_function(entry)
                 except (Failed, Unexpected):
-                    found = None
-            self._functions[key] = found
+                    signature = None
+            self._functions[key] = signature
         return self._functions[key]
 
     def require(self, signature: Signature) -> None:
@@ -334,9 +334,9 @@ class Checking:
                     self.require(self.routines.of_action(entry, part))
                 elif isinstance(part, Property):
                     for get in (True, False):
-                        found = self.routines.of_accessor(entry, part, get=get)
-                        if found is not None:
-                            self.require(found)
+                        accessor = self.routines.of_accessor(entry, part, get=get)
+                        if accessor is not None:
+                            self.require(accessor)
             except Failed:
                 continue
             except Unexpected as fault:
@@ -421,7 +421,7 @@ class Checking:
 
     def _interfaces(self) -> dict[str, TypedInterface]:
         """The interfaces that are used, and those that they extend."""
-        found = {}
+        interfaces = {}
         bases_of = self.blocks.bases_of_interface
         every = [
             (key, entry) for key, entry in self.names.scopes.entries.items() if entry.is_interface
@@ -449,8 +449,8 @@ class Checking:
                             methods[f"__set{name}"] = f"{prefix}.__set{name}"
                     else:
                         methods[name] = f"{prefix}.{name}"
-            found[key] = TypedInterface(entry.name, self.blocks.interfaces(entry), methods)
-        return found
+            interfaces[key] = TypedInterface(entry.name, self.blocks.interfaces(entry), methods)
+        return interfaces
 
     # routines --------------------------------------------------------------------------------
 
@@ -507,17 +507,17 @@ class Checking:
 
     def _opening(self, body: RoutineBody) -> tuple[TypedStatement, ...]:
         """Return the statements that start locals whose start values no image can contain."""
-        found: list[TypedStatement] = []
+        statements: list[TypedStatement] = []
         for declaration, variable in body.signature.starts:
             storage = body.frame.storage(variable, declaration.names[0].at)
             starts = bool(variable.start_values)
             try:
-                found += self.life.created(body, storage, variable.type, declaration, starts)
+                statements += self.life.created(body, storage, variable.type, declaration, starts)
             except Unexpected as fault:
                 body.fault(fault.at, fault.message, fault.code)
             except Failed:
                 body.failed = True
-        return tuple(found)
+        return tuple(statements)
 
     def _live(self, type: StructType[Any], event: LifeEvent) -> None:
         signature = self.life.signature(type, event)

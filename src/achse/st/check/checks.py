@@ -41,10 +41,10 @@ class ImplicitChecks:
     def _call(self, name: str, values: tuple[TypedValue, ...], at: int) -> TypedValue | None:
         if self._is_off:
             return None
-        found = self._body.checking.function(name)
-        if found is None or len(found.parameters) < len(values):
+        function = self._body.checking.function(name)
+        if function is None or len(function.parameters) < len(values):
             return None
-        return self._body.calls.invoke_values(Callee(found, None, True, at), values, at)
+        return self._body.calls.invoke_values(Callee(function, None, True, at), values, at)
 
     def bounds(self, index: TypedValue, first: TypedValue, last: TypedValue, at: int) -> TypedValue:
         """An index, through CheckBounds if there is one."""
@@ -60,8 +60,8 @@ class ImplicitChecks:
         name, wide = _DIVISORS.get(
             type, ("checkdivlint", LINT) if type.size == 8 else ("checkdivdint", DINT)
         )
-        found = self._call(name, (converted(value, wide, at),), at)
-        return value if found is None else converted(found, type, at)
+        checked = self._call(name, (converted(value, wide, at),), at)
+        return value if checked is None else converted(checked, type, at)
 
     def in_range(
         self, value: TypedValue, operand: TypedOperand, type: SubrangeType, at: int
@@ -70,18 +70,18 @@ class ImplicitChecks:
         base = type.integer
         wide, name = _range_function(base)
         limits = (Known(type.low, wide, at), Known(type.high, wide, at))
-        found = self._call(name, (converted(operand.value, wide, at), *limits), at)
-        return value if found is None else converted(found, base, at)
+        checked = self._call(name, (converted(operand.value, wide, at), *limits), at)
+        return value if checked is None else converted(checked, base, at)
 
     def pointer(self, value: TypedValue, type: PointerType, at: int) -> TypedValue:
         """A pointer, through CheckPointer if there is one."""
-        found = self._body.checking.function("checkpointer")
-        if found is None or self._is_off or len(found.parameters) < 4:
+        function = self._body.checking.function("checkpointer")
+        if function is None or self._is_off or len(function.parameters) < 4:
             return value
         size = type.target.size
         rest = (size, size, 0)
         values: list[TypedValue] = [value]
-        for parameter, number in zip(found.parameters[1:4], rest, strict=True):
+        for parameter, number in zip(function.parameters[1:4], rest, strict=True):
             values.append(converted(Known(number, DINT, at), parameter.variable.type, at))
         return self._call("checkpointer", tuple(values), at) or value
 

@@ -98,8 +98,8 @@ class Contracts:
                     yield f"{entry.name} implements {interface.name} without its {part.name}"
         for base in self._blocks.chain(entry)[1:]:
             for name, part in self._blocks.own_parts(base).items():
-                found = self._blocks.part(entry, name)
-                if found is not None and found.part is part and _is_abstract(part):
+                own = self._blocks.part(entry, name)
+                if own is not None and own.part is part and _is_abstract(part):
                     yield f"{entry.name} leaves {base.name}.{part.name} abstract"
 
     def _interfaces(self, entry: DeclaredUnit) -> list[DeclaredUnit]:

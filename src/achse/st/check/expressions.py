@@ -60,22 +60,22 @@ class ExpressionChecker:
 
     def operand(self, tree: Expression) -> TypedOperand:
         """An expression as a value. Raises `Unexpected` and `Failed`."""
-        found = _READERS[tree.__class__](self, tree)
-        if not isinstance(found, TypedOperand):
-            found = self.as_operand(found, tree.at)
-        if found.value.type is None:
-            return self._body.calls.valued(found, tree.at)
-        return found
+        meaning = _READERS[tree.__class__](self, tree)
+        if not isinstance(meaning, TypedOperand):
+            meaning = self.as_operand(meaning, tree.at)
+        if meaning.value.type is None:
+            return self._body.calls.valued(meaning, tree.at)
+        return meaning
 
-    def as_operand(self, found: Meaning, at: int) -> TypedOperand:
+    def as_operand(self, meaning: Meaning, at: int) -> TypedOperand:
         """A meaning as a value: a property is read, a function is called."""
-        match found:
+        match meaning:
             case TypedOperand():
-                return found
+                return meaning
             case PropertyUse():
-                return self._body.calls.read_property(found)
+                return self._body.calls.read_property(meaning)
             case Callee() | BuiltinName():
-                return self.called_without_arguments(found, at)
+                return self.called_without_arguments(meaning, at)
             case BaseInstance():
                 this = self._body.names.this_operand(at)
                 assert this is not None
@@ -89,13 +89,13 @@ class ExpressionChecker:
                     raise self._body.names.unknown(name, place)
                 return constant_operand(value, place)
 
-    def called_without_arguments(self, found: Meaning, at: int) -> TypedOperand:
+    def called_without_arguments(self, meaning: Meaning, at: int) -> TypedOperand:
         """Call a routine without parentheses, as older sources do, or read the value."""
-        if isinstance(found, Callee):
-            return self._body.calls.invoke(found, (), at)
-        if isinstance(found, BuiltinName):
-            return self._body.builtins.call(found.name, (), at)
-        return self.as_operand(found, at)
+        if isinstance(meaning, Callee):
+            return self._body.calls.invoke(meaning, (), at)
+        if isinstance(meaning, BuiltinName):
+            return self._body.builtins.call(meaning.name, (), at)
+        return self.as_operand(meaning, at)
 
     def meaning(self, tree: Expression) -> Meaning:
         """Return the meaning of an expression: a value, or anything else that a name can be."""
@@ -107,9 +107,9 @@ class ExpressionChecker:
             body = self._body
             return body.checking.names.type_of(tree.type, body.scope, body.signature.name)
         if isinstance(tree, Name | Member):
-            found = self.meaning_or_type(tree)
-            if isinstance(found, TypeName):
-                return found.type
+            meaning = self.meaning_or_type(tree)
+            if isinstance(meaning, TypeName):
+                return meaning.type
         return None
 
     def declared_type(self, tree: Expression) -> IecType[Any] | None:
@@ -124,12 +124,12 @@ class ExpressionChecker:
 
     def meaning_or_type(self, tree: Name | Member) -> Meaning:
         """As `meaning`, but a name of a type that is one of a function too is the type."""
-        found = self.meaning(tree)
-        if isinstance(found, BuiltinName):
-            type = self._body.checking.names.predefined.find(found.name, tree.at)
+        meaning = self.meaning(tree)
+        if isinstance(meaning, BuiltinName):
+            type = self._body.checking.names.predefined.find(meaning.name, tree.at)
             if type is not None:
-                return TypeName(type, None, found.name, tree.at)
-        return found
+                return TypeName(type, None, meaning.name, tree.at)
+        return meaning
 
     # leaves ----------------------------------------------------------------------------------
 
@@ -139,17 +139,17 @@ class ExpressionChecker:
         except (IecValueError, ValueError) as error:
             raise Unexpected(tree.at, str(error), Code.BAD_LITERAL) from None
         if enum:
-            found = self._enum_literal(enum, value, tree.at)
-            self._body.note_use(tree, None, found)
-            return found
+            meaning = self._enum_literal(enum, value, tree.at)
+            self._body.note_use(tree, None, meaning)
+            return meaning
         is_bits = type is None and isinstance(value, int) and "#" in tree.text
         return constant_operand(Constant(value, type), tree.at, is_bits=is_bits)
 
     def _enum_literal(self, enum: str, value: object, at: int) -> Meaning:
         """`E_State#Idle`, `E_State#2`."""
         body = self._body
-        found = body.names.find(enum, at)
-        real = resolved(found.type) if isinstance(found, TypeName) else None
+        meaning = body.names.find(enum, at)
+        real = resolved(meaning.type) if isinstance(meaning, TypeName) else None
         if not isinstance(real, EnumType):
             raise Unexpected(at, f"'{enum[:80]}' is not an enumeration", Code.UNKNOWN_ENUM_VALUE)
         if isinstance(value, str):
@@ -166,18 +166,18 @@ class ExpressionChecker:
         body = self._body
         if not tree.name:
             raise Unexpected(tree.at, "an expression is missing", Code.NOT_A_VALUE)
-        found = body.names.find(tree.name, tree.at)
+        meaning = body.names.find(tree.name, tree.at)
         if body.checking.uses is not None:
-            body.note_use(tree, None, found)
-        if found is not None:
-            return found
+            body.note_use(tree, None, meaning)
+        if meaning is not None:
+            return meaning
         special = body.builtins.variable(tree.name, tree.at)
         return SpaceName(tree.name, tree.at) if special is None else special
 
     def _global_name(self, tree: GlobalName) -> Meaning:
-        found = self._body.names.outer(tree.name, tree.at)
-        self._body.note_use(tree, None, found)
-        return SpaceName(tree.name, tree.at) if found is None else found
+        meaning = self._body.names.outer(tree.name, tree.at)
+        self._body.note_use(tree, None, meaning)
+        return SpaceName(tree.name, tree.at) if meaning is None else meaning
 
     def _address(self, tree: DirectAddress) -> Meaning:
         """`%MW10` in a body."""
@@ -216,9 +216,9 @@ class ExpressionChecker:
         if self._body.checking.uses is None:
             return self._body.paths.member(tree)
         whole = self.meaning(tree.of)
-        found = self._body.paths.member(tree)
-        self._body.note_use(tree, whole, found)
-        return found
+        meaning = self._body.paths.member(tree)
+        self._body.note_use(tree, whole, meaning)
+        return meaning
 
     def _part_of(self, tree: PartOf) -> Meaning:
         return self._body.paths.part_of(tree)
@@ -262,15 +262,19 @@ class ExpressionChecker:
 
     def callee(self, tree: Expression) -> Meaning:
         """Return the target of a call: a routine, an instance, a program."""
-        found = self.meaning(tree)
-        if isinstance(found, PropertyUse):
-            found = self._body.calls.read_property(found)
-        if isinstance(found, TypedOperand) and not _is_instance(found) and isinstance(tree, Name):
+        meaning = self.meaning(tree)
+        if isinstance(meaning, PropertyUse):
+            meaning = self._body.calls.read_property(meaning)
+        if (
+            isinstance(meaning, TypedOperand)
+            and not _is_instance(meaning)
+            and isinstance(tree, Name)
+        ):
             # The result of a function has the name that calls it.
             routine = self._body.names.routine(tree.name, tree.at)
             if routine is not None:
                 return routine
-        return found
+        return meaning
 
 
 def _is_instance(operand: TypedOperand) -> bool:

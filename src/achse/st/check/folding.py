@@ -35,8 +35,8 @@ def rounded(value: float) -> int:
     if not -(2.0**63) <= value < 2.0**63:
         return _INDEFINITE
     down = math.floor(abs(value))
-    found = down + (abs(value) - down >= 0.5)
-    return found if value >= 0 else -found
+    magnitude = down + (abs(value) - down >= 0.5)
+    return magnitude if value >= 0 else -magnitude
 
 
 def _truncated(value: float, type: IecType[Any]) -> int:
@@ -51,22 +51,22 @@ def real(value: float, type: IecType[Any]) -> float:
     if type is not REAL:
         return value
     try:
-        found: float = struct.unpack("<f", struct.pack("<f", value))[0]
+        single: float = struct.unpack("<f", struct.pack("<f", value))[0]
     except OverflowError:
         return math.copysign(math.inf, value)
-    return found
+    return single
 
 
 def folded(value: TypedValue) -> TypedValue:
     """The constant that a computation or conversion of constants is; else the value itself."""
     if isinstance(value, Converted) and isinstance(value.operand, Known):
-        found = _converted(value.rule, value.operand.value, value.operand.type, value.type)
+        constant = _converted(value.rule, value.operand.value, value.operand.type, value.type)
     elif isinstance(value, Computed) and all(isinstance(item, Known) for item in value.operands):
         constants = [item.value for item in value.operands if isinstance(item, Known)]
-        found = _computed(value.operator, constants, value.operands[0].type, value.type)
+        constant = _computed(value.operator, constants, value.operands[0].type, value.type)
     else:
         return value
-    return value if found is None else Known(found, value.type, value.at)
+    return value if constant is None else Known(constant, value.type, value.at)
 
 
 def _converted(rule: Conversion, value: Any, source: IecType[Any], target: IecType[Any]) -> Any:
@@ -134,8 +134,8 @@ def _whole(operator: Operator, values: Sequence[Any], type: IecType[Any]) -> int
 
 
 def _quotient(left: int, right: int) -> int:
-    found = abs(left) // abs(right)
-    return found if (left < 0) == (right < 0) else -found
+    magnitude = abs(left) // abs(right)
+    return magnitude if (left < 0) == (right < 0) else -magnitude
 
 
 def _masked(count: int, type: IntegerType) -> int:
@@ -166,12 +166,12 @@ def _real(operator: Operator, values: Sequence[Any], type: IecType[Any]) -> floa
     if function is None:
         return None
     try:
-        found = function(*values)
+        result = function(*values)
     except (ArithmeticError, ValueError):
         return None  # At run time the task's option decides what that is.
-    if isinstance(found, complex) or not math.isfinite(found):
+    if isinstance(result, complex) or not math.isfinite(result):
         return None
-    return real(found, type)
+    return real(result, type)
 
 
 def _limit(low: Any, value: Any, high: Any) -> Any:

@@ -46,9 +46,9 @@ class VariableFrame:
     def temporary(self, type: IecType[Any]) -> Variable[Any, Any]:
         """A hidden variable for a value that needs an address."""
         self._temporaries += 1
-        made = self.hidden(f"__t{self._temporaries}", type)
-        self.addressed.add(made.name)
-        return made
+        variable = self.hidden(f"__t{self._temporaries}", type)
+        self.addressed.add(variable.name)
+        return variable
 
     def find(self, key: str) -> Variable[Any, Any] | None:
         """The variable of that name, in lower case."""

@@ -91,17 +91,17 @@ class Initials:
 
         Raises `Unexpected` if it has more parts than a program can say one by one.
         """
-        found: list[TypedStatement] = []
+        statements: list[TypedStatement] = []
         for statement in self._resets(storage, type, type.default, at):
-            found.append(statement)
-            if len(found) > _MOST_PARTS:
+            statements.append(statement)
+            if len(statements) > _MOST_PARTS:
                 raise Unexpected(
                     at,
                     f"an FB_init that {type.name} does not declare sets at most {_MOST_PARTS}"
                     " values",
                     Code.UNKNOWN_MEMBER,
                 )
-        return found
+        return statements
 
     def _resets(
         self, storage: Storage, type: IecType[Any], image: bytes, at: int
@@ -196,13 +196,13 @@ class Initials:
             if body.checking.names.predefined.has_property(type.name, item.name):
                 continue  # of a library whose code is not here: there is no SET to call
             whole = read(storage, type, item.at)
-            found = body.paths.member_of(whole, item.name, item.at)
-            if not isinstance(found, PropertyUse) or not isinstance(item.value, Expression):
+            assigned = body.paths.member_of(whole, item.name, item.at)
+            if not isinstance(assigned, PropertyUse) or not isinstance(item.value, Expression):
                 raise Unexpected(
                     item.at, f"{type.name} has no member '{item.name[:80]}'", Code.UNKNOWN_MEMBER
                 )
             value = body.expressions.operand(item.value)
-            yield Do(body.calls.write_property(found, value, item.at), item.at)
+            yield Do(body.calls.write_property(assigned, value, item.at), item.at)
 
     def _elements(
         self, storage: Storage, type: ArrayType[Any], initial: ArrayInitial, all_of_it: bool
@@ -246,8 +246,8 @@ class Initials:
         """Return True if `cCount(0)` is a repetition and not a call."""
         if any(argument.name for argument in item.arguments):
             return False
-        found = self._body.expressions.meaning(item.of)
-        return isinstance(found, TypedOperand) and isinstance(found.constant, int)
+        meaning = self._body.expressions.meaning(item.of)
+        return isinstance(meaning, TypedOperand) and isinstance(meaning.constant, int)
 
     def _count(self, tree: Expression) -> int:
         value = self._body.expressions.operand(tree).constant

@@ -73,11 +73,11 @@ class Life:
     def needs(self, type: StructType[Any], event: LifeEvent) -> bool:
         """Return True if a record needs any statement for an event, apart from its header."""
         key = (id(type), event)
-        found = self._needs.get(key)
-        if found is None:
+        is_needed = self._needs.get(key)
+        if is_needed is None:
             self._needs[key] = False
-            found = self._needs[key] = self._is_needed(type, event)
-        return found
+            is_needed = self._needs[key] = self._is_needed(type, event)
+        return is_needed
 
     def _has_routine(self, type: StructType[Any], event: LifeEvent) -> bool:
         """Return True if a record has a routine for an event: never without name or source."""
@@ -105,16 +105,16 @@ class Life:
 
         That code is an initial value that is not constant, or an FB_init.
         """
-        found = self._making.get(id(type))
-        if found is None:
+        makes_values = self._making.get(id(type))
+        if makes_values is None:
             self._making[id(type)] = False
             inner = (element_of(member.type) for member in type.fields)
-            found = self._making[id(type)] = (
+            makes_values = self._making[id(type)] = (
                 self.init_method(type) is not None
                 or any(member.start_values for member in type.fields)
                 or any(one is not None and self._makes_values(one) for one in inner)
             )
-        return found
+        return makes_values
 
     def is_block(self, type: StructType[Any]) -> bool:
         """Return True if a record is a function block whose source is known."""
@@ -134,9 +134,9 @@ class Life:
     def init_method(self, type: StructType[Any]) -> tuple[DeclaredUnit, Method] | None:
         """The FB_init that takes the arguments of a declaration: the most derived one."""
         entry = self._checking.names.entry_of(type)
-        found = None if entry is None else self._checking.blocks.part(entry, "fb_init")
-        if found is not None and isinstance(found.part, Method):
-            return found.entry, found.part
+        part = None if entry is None else self._checking.blocks.part(entry, "fb_init")
+        if part is not None and isinstance(part.part, Method):
+            return part.entry, part.part
         return None
 
     # signatures ------------------------------------------------------------------------------
@@ -154,26 +154,28 @@ class Life:
         this = None if type.kind is RecordKind.UNIT else type
         tree: Any = entry.tree
         scope = Scope(entry.source, name, entry.space, names.scopes.scope(entry))
-        made = Signature(key, name, RoutineKind.LIFE, entry, tree, scope, frame, this)
+        signature = Signature(key, name, RoutineKind.LIFE, entry, tree, scope, frame, this)
         flags = {LifeEvent.CREATE: _FLAGS, LifeEvent.EXIT: _FLAGS[1:], LifeEvent.REINIT: ()}
         for flag in flags[event]:
             variable = frame.add(Variable(BOOL, name=flag, section=Section.INPUT))
-            made.parameters.append(DeclaredParameter(variable, "VAR_INPUT", BOOL, has_initial=True))
+            signature.parameters.append(
+                DeclaredParameter(variable, "VAR_INPUT", BOOL, has_initial=True)
+            )
         if event is LifeEvent.CREATE:
-            found = self.init_method(type)
-            if found is not None:
-                self._further_parameters(made, *found)
-        self._signatures[key] = made
-        return made
+            init_method = self.init_method(type)
+            if init_method is not None:
+                self._further_parameters(signature, *init_method)
+        self._signatures[key] = signature
+        return signature
 
-    def _further_parameters(self, made: Signature, entry: DeclaredUnit, tree: Method) -> None:
+    def _further_parameters(self, signature: Signature, entry: DeclaredUnit, tree: Method) -> None:
         init = self._checking.routines.of_method(entry, tree)
         for parameter in init.parameters:
             if parameter.variable.name.lower() in {flag.lower() for flag in _FLAGS}:
                 continue
-            variable = made.frame.add(parameter.variable.copy())
-            bounds = tuple(made.frame.hidden(item.name, DINT) for item in parameter.bounds)
-            made.parameters.append(
+            variable = signature.frame.add(parameter.variable.copy())
+            bounds = tuple(signature.frame.hidden(item.name, DINT) for item in parameter.bounds)
+            signature.parameters.append(
                 DeclaredParameter(
                     variable,
                     parameter.section,
@@ -186,8 +188,8 @@ class Life:
 
     def entry(self, type: StructType[Any]) -> DeclaredUnit:
         """The unit that declares a record, or a program or list by its name."""
-        found = self._checking.names.entry_of(type)
-        return self._checking.names.scopes.entries[type.name.lower()] if found is None else found
+        unit = self._checking.names.entry_of(type)
+        return self._checking.names.scopes.entries[type.name.lower()] if unit is None else unit
 
     # steps -----------------------------------------------------------------------------------
 
@@ -205,16 +207,16 @@ class Life:
         at: int,
     ) -> tuple[Stored, ...]:
         body = body or self._checking.current
-        found: list[Stored] = []
+        arguments: list[Stored] = []
         if not self._has_routine(type, LifeEvent.CREATE):
             return ()
         signature = self.signature(type, LifeEvent.CREATE)
-        found += [self._flag(body, parameter, at) for parameter in signature.parameters[:2]]
+        arguments += [self._flag(body, parameter, at) for parameter in signature.parameters[:2]]
         if written:
             rest = signature.parameters[2:]
             inputs, _ = body.arguments.bound(None, rest, CalleeBase(), written, at)
-            found += inputs
-        return tuple(found)
+            arguments += inputs
+        return tuple(arguments)
 
     def begun_again(
         self,
@@ -278,19 +280,19 @@ class Life:
         if count == 0:
             return
         if count == 1:
-            given = self._arguments(body, inner, each[0], at)
-            yield LifeStep(LifeEvent.CREATE, element, inner, 1, inner.size, given, values, at)
+            stores = self._arguments(body, inner, each[0], at)
+            yield LifeStep(LifeEvent.CREATE, element, inner, 1, inner.size, stores, values, at)
             return
         if all(written == each[0] for written in each):
-            given = self._arguments(body, inner, each[0], at)
+            stores = self._arguments(body, inner, each[0], at)
             size = inner.size
-            yield LifeStep(LifeEvent.CREATE, element, inner, count, size, given, (), at)
+            yield LifeStep(LifeEvent.CREATE, element, inner, count, size, stores, (), at)
         else:
             for number, written in enumerate(each):
                 offset = storage.offset + number * inner.size
                 one = Storage(storage.base, offset, inner, name=f"{storage.name}[{number}]", at=at)
-                given = self._arguments(body, inner, written, at)
-                yield LifeStep(LifeEvent.CREATE, one, inner, 1, inner.size, given, (), at)
+                stores = self._arguments(body, inner, written, at)
+                yield LifeStep(LifeEvent.CREATE, one, inner, 1, inner.size, stores, (), at)
         yield from values
 
     def _is_nameless(self, type: StructType[Any], declaration: Declaration) -> bool:
@@ -303,9 +305,9 @@ class Life:
         if not isinstance(arguments, ArrayInitial):
             yield from (arguments for _ in range(count))
             return
-        given = [_as_arguments(value) for value in arguments.values]
+        written = [_as_arguments(value) for value in arguments.values]
         for number in range(count):
-            yield given[number] if number < len(given) else ()
+            yield written[number] if number < len(written) else ()
 
     # bodies ----------------------------------------------------------------------------------
 
@@ -342,9 +344,9 @@ class Life:
         entry = self._checking.names.entry_of(type)
         if entry is None:
             return
-        found = self._checking.blocks.part(entry, _ROUTINES[event][1])
-        if found is not None and isinstance(found.part, Method):
-            callee = self._checking.routines.of_method(found.entry, found.part)
+        part = self._checking.blocks.part(entry, _ROUTINES[event][1])
+        if part is not None and isinstance(part.part, Method):
+            callee = self._checking.routines.of_method(part.entry, part.part)
             self._checking.require(callee)
             yield self._call(body, callee)
 
@@ -396,16 +398,16 @@ class Life:
     ) -> Iterator[TypedStatement]:
         declared = self._declarations(type)
         for member in type.own_members:
-            found = declared.get(member.name.lower())
-            if not member.in_memory or member.section is Section.IN_OUT or found is None:
+            declaration = declared.get(member.name.lower())
+            if not member.in_memory or member.section is Section.IN_OUT or declaration is None:
                 continue
-            storage = self._place(type, member, found.names[0].at)
+            storage = self._place(type, member, declaration.names[0].at)
             if event is LifeEvent.CREATE:
                 yield from self.created(
-                    body, storage, member.type, found, bool(member.start_values)
+                    body, storage, member.type, declaration, bool(member.start_values)
                 )
                 continue
-            yield from self._of_variable(body, storage, member.type, found, event)
+            yield from self._of_variable(body, storage, member.type, declaration, event)
 
     def _of_variable(
         self,
@@ -444,7 +446,7 @@ class Life:
     def _declarations(self, type: StructType[Any]) -> dict[str, Declaration]:
         """The declarations of a record's own members, by name in lower case."""
         tree = self.entry(type).tree
-        found: dict[str, Declaration] = {}
+        by_name: dict[str, Declaration] = {}
         declarations: list[Declaration] = []
         if isinstance(tree, FunctionBlock | Program | GlobalList):
             declarations = [item for block in tree.blocks for item in block.variables]
@@ -452,12 +454,12 @@ class Life:
             declarations = list(tree.type.members)
         for item in declarations:
             for name in item.names:
-                found.setdefault(name.name.lower(), item)
+                by_name.setdefault(name.name.lower(), item)
         if isinstance(tree, FunctionBlock | Program):
             for method, _, item in instance_variables(tree.parts):
                 for name in item.names:
-                    found[instance_member(type, method, name.name).lower()] = item
-        return found
+                    by_name[instance_member(type, method, name.name).lower()] = item
+        return by_name
 
 
 def element_of(type: IecType[Any]) -> StructType[Any] | None:

@@ -70,9 +70,9 @@ class NameResolver:
         known = body.checking.plain_names.get((space, key))
         if known is not None:
             return BuiltinName(known, at) if isinstance(known, str) else self.of_entry(known, at)
-        found = self._global(key, space, at)
-        if found is not None:
-            return found
+        meaning = self._global(key, space, at)
+        if meaning is not None:
+            return meaning
         entry = self._unit(name, space)
         if entry is not None:
             body.checking.plain_names[space, key] = entry
@@ -80,16 +80,16 @@ class NameResolver:
         lists = self._names.scopes.lists_with_property(key, space)
         if lists:
             if len(lists) > 1:
-                places = " and ".join(found.name for found in lists[:3])
+                places = " and ".join(meaning.name for meaning in lists[:3])
                 raise Unexpected(
                     at,
                     f"'{key}' is a property of {places}: which one is meant?",
                     Code.AMBIGUOUS_NAME,
                 )
             return self.of_part(lists[0], key, None, True, at)
-        given = body.checking.predefined_variable(key)
-        if given is not None:
-            return self.of_predefined(given[0], given[1], at)
+        predefined = body.checking.predefined_variable(key)
+        if predefined is not None:
+            return self.of_predefined(predefined[0], predefined[1], at)
         if key in body.checking.predefined_units:
             unit = body.checking.predefined_units[key]
             return UnitName(unit.__iec__.name, None, unit.__iec__, at)
@@ -149,10 +149,10 @@ class NameResolver:
         known = self._variable_by_name.get(key)
         if known is not None:
             return known
-        found = self._variable(key, at)
-        if found is not None:
-            self._variable_by_name[key] = found
-        return found
+        variable = self._variable(key, at)
+        if variable is not None:
+            self._variable_by_name[key] = variable
+        return variable
 
     def _variable(self, key: str, at: int) -> TypedOperand | None:
         body = self._body
@@ -160,8 +160,8 @@ class NameResolver:
         placed = body.frame.find(key)
         if placed is not None:
             return self._of_frame(placed, key, at)
-        found = self._names.scopes.own(key, body.scope)
-        if found is None:
+        own = self._names.scopes.own(key, body.scope)
+        if own is None:
             value = self._inner_value(key, at)
             if value is not None:
                 return value
@@ -169,7 +169,7 @@ class NameResolver:
             if this is not None and this.has_member(key):
                 return self.member_of_instance(this.member(key), at)
             return None
-        here, declared = found
+        here, declared = own
         section = declared[0].section
         if section in _EXTERNAL:
             if section == "VAR_GENERIC" and key in here.constants:
@@ -194,13 +194,13 @@ class NameResolver:
 
     def _of_frame(self, placed: Variable[Any, Any], key: str, at: int) -> TypedOperand:
         body = self._body
-        found = read(body.frame.storage(placed, at), placed.type, at)
+        operand = read(body.frame.storage(placed, at), placed.type, at)
         parameter = body.signature.parameter(key)
         if parameter is not None and parameter.bounds:
-            found.bounds = tuple(
+            operand.bounds = tuple(
                 Read(body.frame.storage(item, at), flat(item.type), at) for item in parameter.bounds
             )
-        return found
+        return operand
 
     def _inner_value(self, key: str, at: int) -> TypedOperand | None:
         """A value of an enumeration that is declared where a variable is."""
@@ -224,17 +224,17 @@ class NameResolver:
             return None
 
     def _with_constant(
-        self, found: TypedOperand, declared: Declared, constant: Constant | None, at: int
+        self, operand: TypedOperand, declared: Declared, constant: Constant | None, at: int
     ) -> TypedOperand:
         if constant is None:
-            if "CONSTANT" in declared[0].qualifiers and found.storage is not None:
-                found.storage = replaced(found.storage, is_constant=True)
-            return found
+            if "CONSTANT" in declared[0].qualifiers and operand.storage is not None:
+                operand.storage = replaced(operand.storage, is_constant=True)
+            return operand
         value = constant_operand(constant, at)
         if value.text is None:
-            value.type = found.type
-        if found.storage is not None:
-            value.storage = replaced(found.storage, is_constant=True)
+            value.type = operand.type
+        if operand.storage is not None:
+            value.storage = replaced(operand.storage, is_constant=True)
         return value
 
     def member_of_instance(self, member: Variable[Any, Any], at: int) -> TypedOperand:
@@ -246,13 +246,13 @@ class NameResolver:
         storage = Storage(
             InstanceBase(), member.offset, flat(member.type), member.bit, name=member.name, at=at
         )
-        found = read(storage, member.type, at)
-        self.add_bounds(found, Storage(InstanceBase(), 0, body.this), body.this, member, at)
-        return found
+        operand = read(storage, member.type, at)
+        self.add_bounds(operand, Storage(InstanceBase(), 0, body.this), body.this, member, at)
+        return operand
 
     def add_bounds(
         self,
-        found: TypedOperand,
+        operand: TypedOperand,
         whole: Storage,
         type: StructType[Any],
         member: Variable[Any, Any],
@@ -275,7 +275,7 @@ class NameResolver:
                 bounds.append(Read(place, place.type, at))
             number += 1
         if bounds:
-            found.bounds = tuple(bounds)
+            operand.bounds = tuple(bounds)
 
     def static_of(self, type: StructType[Any], member: Variable[Any, Any]) -> StaticBase:
         """The one place of a VAR_STAT variable of a block."""
@@ -305,7 +305,7 @@ class NameResolver:
             return self._static(StaticBase(iec.name, member), at)
         type = flat(member.type)
         storage = Storage(UnitBase(iec.name, member), 0, type, name=member.name, at=at)
-        found = read(storage, member.type, at)
+        operand = read(storage, member.type, at)
         if isinstance(resolved(member.type), ReferenceType):
             number = 1
             bounds: list[TypedValue] = []
@@ -316,20 +316,20 @@ class NameResolver:
                     bounds.append(Read(place, place.type, at))
                 number += 1
             if bounds:
-                found.bounds = tuple(bounds)
-        return found
+                operand.bounds = tuple(bounds)
+        return operand
 
     def _global(self, key: str, space: str, at: int) -> Meaning | None:
         """A variable of a list, or a value of an enumeration, that needs nothing in front."""
         names = self._names
-        found = names.scopes.global_variables(key, space)
-        if len(found) > 1:
-            places = " and ".join(scope.owner for scope, _ in found[:3])
+        matches = names.scopes.global_variables(key, space)
+        if len(matches) > 1:
+            places = " and ".join(scope.owner for scope, _ in matches[:3])
             raise Unexpected(
                 at, f"'{key}' is declared in {places}: which one is meant?", Code.AMBIGUOUS_NAME
             )
-        if found:
-            return self.of_list(found[0][0], found[0][1], key, at)
+        if matches:
+            return self.of_list(matches[0][0], matches[0][1], key, at)
         if key in names.scopes.entries and key not in names.scopes.loose_values:
             return None
         try:
@@ -381,11 +381,11 @@ class NameResolver:
 
     def is_callable(self, name: str) -> bool:
         """Return True if a name means an action, method, function or program here."""
-        found = self.find(name, 0)
-        return isinstance(found, Callee) or (
-            isinstance(found, UnitName)
-            and found.entry is not None
-            and isinstance(found.entry.tree, Program)
+        meaning = self.find(name, 0)
+        return isinstance(meaning, Callee) or (
+            isinstance(meaning, UnitName)
+            and meaning.entry is not None
+            and isinstance(meaning.entry.tree, Program)
         )
 
     def pins(self, name: str) -> UnitPins | None:
@@ -409,13 +409,13 @@ class NameResolver:
     def routine(self, name: str, at: int) -> Meaning | None:
         """A function, method or built-in of that name, though a variable has it, too."""
         key = name.lower()
-        found = self._own_part(key, at)
-        if found is None:
+        meaning = self._own_part(key, at)
+        if meaning is None:
             entry = self._unit(name, self._body.scope.space)
-            found = None if entry is None else self.of_entry(entry, at)
-        if found is None and is_builtin(name):
+            meaning = None if entry is None else self.of_entry(entry, at)
+        if meaning is None and is_builtin(name):
             return BuiltinName(name.upper(), at)
-        return found if isinstance(found, Callee) else None
+        return meaning if isinstance(meaning, Callee) else None
 
     def this_address(self, at: int) -> TypedValue | None:
         """The address of the instance, in routines that have one."""
@@ -430,10 +430,10 @@ class NameResolver:
     ) -> Meaning | None:
         """The part of a unit with that name, on an instance. Raises `Failed`."""
         body = self._body
-        found = body.checking.blocks.part(entry, key)
-        if found is None:
+        match = body.checking.blocks.part(entry, key)
+        if match is None:
             return None
-        owner, part = found
+        owner, part = match
         self._check_access(owner, part, at)
         is_exact = is_exact or isinstance(owner.tree, Program | GlobalList)
         routines = body.checking.routines

@@ -82,10 +82,10 @@ def _followed(storage: Storage, type: PointerType, at: int) -> TypedOperand:
     there = Storage(
         PointerBase(Read(storage, storage.type, at)), 0, flat(target), name=storage.name, at=at
     )
-    found = read(there, target, at)
-    if found.reference is None:
-        found.reference = storage
-    return found
+    operand = read(there, target, at)
+    if operand.reference is None:
+        operand.reference = storage
+    return operand
 
 
 def followed_value(value: TypedValue, type: PointerType, at: int) -> TypedOperand:
@@ -111,8 +111,10 @@ def known(
 
 def texted(text: str, type: StringType, at: int) -> TypedOperand:
     """A text constant, in the shortest type that holds it."""
-    made = _type_of_text(text, type)
-    return TypedOperand(Known(coded(text, made), made, at), made, loose=True, text=text)
+    type_of_text = _type_of_text(text, type)
+    return TypedOperand(
+        Known(coded(text, type_of_text), type_of_text, at), type_of_text, loose=True, text=text
+    )
 
 
 def _type_of_text(text: str, type: StringType) -> StringType:
@@ -138,10 +140,10 @@ def constant_operand(constant: Constant, at: int, *, is_bits: bool = False) -> T
     value, type = constant
     if isinstance(value, str):
         real = None if type is None else flat(type)
-        found = texted(value, real if isinstance(real, StringType) else STRING(), at)
+        operand = texted(value, real if isinstance(real, StringType) else STRING(), at)
         if type is not None and not is_bits:
-            found.loose = True
-        return found
+            operand.loose = True
+        return operand
     if isinstance(value, bool):
         return known(value, BOOL if type is None else type, at)
     if isinstance(value, float):
@@ -149,9 +151,9 @@ def constant_operand(constant: Constant, at: int, *, is_bits: bool = False) -> T
             return TypedOperand(Known(value, LREAL, at), LREAL, loose=True, soft=True)
         return known(value, type, at)
     if type is None or is_bits:
-        found = known(value, natural(value) if type is None else type, at, loose=True)
-        found.is_bits = is_bits
-        return found
+        operand = known(value, natural(value) if type is None else type, at, loose=True)
+        operand.is_bits = is_bits
+        return operand
     real = flat(type)
     if isinstance(real, RealType):
         return known(float(value), type, at)

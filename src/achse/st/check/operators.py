@@ -101,9 +101,9 @@ class Operators:
         value = operand.constant
         if isinstance(value, int | float) and not is_duration(type):
             if isinstance(type, RealType):
-                found = known(-value, operand.type, at, loose=operand.loose)
-                found.soft = operand.soft
-                return found
+                constant = known(-value, operand.type, at, loose=operand.loose)
+                constant.soft = operand.soft
+                return constant
             return known(-value, natural(-int(value)), at, loose=True)
         if isinstance(type, IntegerType):
             wide: IecType[Any] = promoted(type)
@@ -126,14 +126,14 @@ class Operators:
             )
         value = operand.constant
         if operand.loose and isinstance(value, int) and not operand.is_bits:
-            found = known(~value, natural(~value), at, loose=True)
-            found.is_bits = True
-            return found
+            inverted = known(~value, natural(~value), at, loose=True)
+            inverted.is_bits = True
+            return inverted
         bits = UNSIGNED[type.size]
         inner = converted(operand.value, bits, at)
-        found = TypedOperand(folded(Computed(Operator.NOT, (inner,), bits, at)), operand.type)
-        found.loose, found.is_bits = operand.loose, operand.is_bits
-        return found
+        inverted = TypedOperand(folded(Computed(Operator.NOT, (inner,), bits, at)), operand.type)
+        inverted.loose, inverted.is_bits = operand.loose, operand.is_bits
+        return inverted
 
     # meeting ---------------------------------------------------------------------------------
 
@@ -272,9 +272,9 @@ class Operators:
         if isinstance(a, TimeType) or isinstance(b, TimeType):
             return self._of_times(operator, sign, left, right, at)
         if left.is_constant and right.is_constant:
-            found = self._constant(operator, sign, left, right, at)
-            if found is not None:
-                return found
+            constant = self._constant(operator, sign, left, right, at)
+            if constant is not None:
+                return constant
         machine, formal = self._meeting(left, right, at)
         if operator is Operator.MOD and isinstance(machine, RealType):
             raise Unexpected(at, "MOD takes whole numbers", Code.BAD_OPERAND)
@@ -345,9 +345,11 @@ class Operators:
             Known(real(float(a), machine), machine, at),
             Known(real(float(b), machine), machine, at),
         )
-        found = folded(Computed(operator, values, machine, at))
+        result = folded(Computed(operator, values, machine, at))
         soft = all(item.soft or item.loose for item in (left, right))
-        return TypedOperand(found, machine, loose=is_loose and isinstance(found, Known), soft=soft)
+        return TypedOperand(
+            result, machine, loose=is_loose and isinstance(result, Known), soft=soft
+        )
 
     def _of_pointers(
         self, operator: Operator, left: TypedOperand, right: TypedOperand, at: int
@@ -416,8 +418,8 @@ class Operators:
         values = (converted(left.value, machine, at), converted(right.value, machine, at))
         if operator is Operator.DIV:
             values = (values[0], self._body.checks.divisor(values[1], at))
-        found = folded(Computed(operator, values, machine, at))
-        return TypedOperand(converted(found, time.flat, at), time.type)
+        result = folded(Computed(operator, values, machine, at))
+        return TypedOperand(converted(result, time.flat, at), time.type)
 
     def power(self, left: TypedOperand, right: TypedOperand, at: int) -> TypedOperand:
         """EXPT: REAL only if both operands are."""
@@ -487,14 +489,14 @@ class Operators:
             values = [item.constant for item in (left, right)]
             assert isinstance(values[0], int)
             assert isinstance(values[1], int)
-            found = {
+            number = {
                 Operator.AND: values[0] & values[1],
                 Operator.OR: values[0] | values[1],
                 Operator.XOR: values[0] ^ values[1],
             }[operator]
-            made = known(found, natural(found), at, loose=True)
-            made.is_bits = left.is_bits or right.is_bits
-            return made
+            constant = known(number, natural(number), at, loose=True)
+            constant.is_bits = left.is_bits or right.is_bits
+            return constant
         elif is_whole(a) and is_whole(b):
             machine, formal = self._meeting_integers(left, right)
         else:

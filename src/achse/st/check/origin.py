@@ -16,20 +16,20 @@ def origin_of(
     names: Resolver, predefined: Iterable[type[StaticRecord]], *, check_bounds: bool = True
 ) -> str:
     """40 hexadecimal digits; call it when everything is checked, and so worked out."""
-    found = hashlib.blake2b(b"" if check_bounds else b"unchecked", digest_size=20)
+    digest = hashlib.blake2b(b"" if check_bounds else b"unchecked", digest_size=20)
     entries = names.scopes.entries
     sources = {id(entry.source): entry.source for entry in entries.values()}
     for source in sources.values():
-        found.update(source.content_digest + f"{source.library}\0".encode())
+        digest.update(source.content_digest + f"{source.library}\0".encode())
     # Which of their parts count can depend on names that were defined for the parser, but not in
     # the libraries that achse has.
     own = (f"{name}:{entry.at}" for name, entry in entries.items() if not entry.is_built_in)
-    found.update(" ".join(own).encode())
+    digest.update(" ".join(own).encode())
     for owner, name, value in names.constants.known():
-        found.update(f"{owner} {name} {value!r}\0".encode("utf-8", "surrogatepass"))
+        digest.update(f"{owner} {name} {value!r}\0".encode("utf-8", "surrogatepass"))
     for name, type in names.predefined.handed_in.items():
-        found.update(f"{name} {type.name} {type.guid!r}\0".encode())
+        digest.update(f"{name} {type.name} {type.guid!r}\0".encode())
     for unit in predefined:
         record = unit.__iec__
-        found.update(f"{record.name} {record.guid!r}".encode() + record.default)
-    return found.hexdigest()
+        digest.update(f"{record.name} {record.guid!r}".encode() + record.default)
+    return digest.hexdigest()

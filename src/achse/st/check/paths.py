@@ -158,20 +158,20 @@ class Paths:
                 name=f"{prefix}{member.name}",
                 at=at,
             )
-        found = read(storage, member.type, at)
+        operand = read(storage, member.type, at)
         is_own = isinstance(storage.base, InstanceBase) and whole.flat is self._body.this
         is_input = member.section in (Section.INPUT, Section.IN_OUT)
         if type.kind is RecordKind.FUNCTION_BLOCK and not is_own and not is_input:
-            found.outside = f"{type.name}.{member.name}"
+            operand.outside = f"{type.name}.{member.name}"
         if isinstance(resolved(member.type), ReferenceType) and whole.storage is not None:
-            names.add_bounds(found, whole.storage, type, member, at)
+            names.add_bounds(operand, whole.storage, type, member, at)
         if constant is not None:
             value = constant_operand(constant, at)
             if value.text is None:
-                value.type = found.type
+                value.type = operand.type
             value.storage = storage
             return value
-        return found
+        return operand
 
     def _part_of(
         self, whole: TypedOperand, type: StructType[Any], key: str, at: int
@@ -190,19 +190,19 @@ class Paths:
         is_exact = self.is_exact(storage)
         pointer = self._body.checking.pointer_to(type)
         address = self.address(whole, pointer, at)
-        found = self._body.names.of_part(entry, key, address, is_exact, at)
-        if isinstance(found, TypedOperand | TypeName):
+        part = self._body.names.of_part(entry, key, address, is_exact, at)
+        if isinstance(part, TypedOperand | TypeName):
             return None
-        return found
+        return part
 
     def _of_interface(
         self, whole: TypedOperand, type: InterfaceType, key: str, name: str, at: int
     ) -> Meaning:
         entry = self._body.checking.names.entry_of(type)
         if entry is not None:
-            found = self._body.names.of_part(entry, key, whole.value, False, at)
-            if found is not None:
-                return found
+            part = self._body.names.of_part(entry, key, whole.value, False, at)
+            if part is not None:
+                return part
         raise Unexpected(
             at, f"{type.name} has no method or property '{name[:80]}'", Code.UNKNOWN_MEMBER
         )
@@ -211,9 +211,9 @@ class Paths:
         body = self._body
         key = name.lower()
         address = body.names.this_address(at)
-        found = body.names.of_part(base.entry, key, address, True, at)
-        if found is not None:
-            return found
+        part = body.names.of_part(base.entry, key, address, True, at)
+        if part is not None:
+            return part
         if body.this is not None and body.this.has_member(key):
             return body.names.member_of_instance(body.this.member(key), at)
         raise Unexpected(at, f"{base.entry.name} has no member '{name[:80]}'", Code.UNKNOWN_MEMBER)
@@ -261,9 +261,9 @@ class Paths:
             declared = scope.variables[key]
             if declared[0].section not in ("VAR_EXTERNAL", "VAR_CONFIG", "VAR_TEMP"):
                 return body.names.of_list(scope, declared, key, at)
-        found = body.names.of_part(whole.entry, key, None, True, at)
-        if found is not None:
-            return found
+        part = body.names.of_part(whole.entry, key, None, True, at)
+        if part is not None:
+            return part
         if key in scope.values:
             return constant_operand(scope.values[key], at)
         inner = names.scopes.find(f"{whole.name}.{name}")
@@ -281,16 +281,16 @@ class Paths:
             entry = scopes.find(path, body.scope.space)
             if entry is not None:
                 return body.names.of_entry(entry, at)
-        found = body.names.outer(name, at, library)
-        return SpaceName(path, whole.at) if found is None else found
+        meaning = body.names.outer(name, at, library)
+        return SpaceName(path, whole.at) if meaning is None else meaning
 
     # bits ------------------------------------------------------------------------------------
 
     def _named_bit(self, whole: TypedOperand, name: str, at: int) -> TypedOperand:
         """`x.cBit`: a constant names the bit."""
-        found = self._body.names.find(name, at)
-        if isinstance(found, TypedOperand) and isinstance(found.constant, int):
-            return self.part(whole, "X", found.constant, at)
+        meaning = self._body.names.find(name, at)
+        if isinstance(meaning, TypedOperand) and isinstance(meaning.constant, int):
+            return self.part(whole, "X", meaning.constant, at)
         raise Unexpected(
             at,
             f"a {whole.type.name} has no members, and no constant is '{name[:80]}'",
@@ -342,8 +342,12 @@ class Paths:
         bits = 1 if isinstance(part, BoolType) else 8 * part.size
         value = whole.constant
         if isinstance(value, int):
-            found = value >> bits * number & (1 << bits) - 1
-            return known(bool(found), BOOL, at) if bits == 1 else known(found, part, at)
+            part_of_value = value >> bits * number & (1 << bits) - 1
+            return (
+                known(bool(part_of_value), BOOL, at)
+                if bits == 1
+                else known(part_of_value, part, at)
+            )
         wide: IecType[Any] = LWORD
         shifted = Computed(
             Operator.SHR,

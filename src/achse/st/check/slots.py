@@ -27,23 +27,23 @@ def slot_of(note: Mapping[str, str]) -> str:
 
 def slot_calls(name: str, routines: Iterable[Routine], notes: Notes) -> tuple[InitCall, ...]:
     """The routines with a slot of that attribute, in the order of their slots."""
-    found = []
+    calls = []
     for routine in routines:
         slot = notes.get(routine.key, {}).get(name, "").strip()
         if slot.isdecimal():
-            found.append(InitCall(int(slot), routine.key, _block_of(routine)))
-    return tuple(sorted(found, key=lambda call: call.slot))
+            calls.append(InitCall(int(slot), routine.key, _block_of(routine)))
+    return tuple(sorted(calls, key=lambda call: call.slot))
 
 
 def type_change_calls(routines: Iterable[Routine], notes: Notes) -> tuple[TypeChangeCall, ...]:
     """The methods that are told of other layouts of blocks; names are separated by `,` or `|`."""
-    found = []
+    calls = []
     for routine in routines:
         named = notes.get(routine.key, {}).get(_ON_TYPE_CHANGE, "")
         types = frozenset(name.lower() for name in re.split(r"[,|\s]+", named) if name)
         if types and routine.this is not None:
-            found.append(TypeChangeCall(routine.key, _block_of(routine), types))
-    return tuple(found)
+            calls.append(TypeChangeCall(routine.key, _block_of(routine), types))
+    return tuple(calls)
 
 
 def _block_of(routine: Routine) -> str:

@@ -92,7 +92,7 @@ class StatementChecker:
 
     def sequence(self, statements: Statements) -> TypedStatements:
         """Statements that follow each other."""
-        found: list[TypedStatement] = []
+        typed_statements: list[TypedStatement] = []
         if self._all_labels:
             own = {item.name.lower() for item in statements if isinstance(item, Label)}
             self._labels.append(own)
@@ -110,15 +110,15 @@ class StatementChecker:
                 self._body.fault(statement.at, str(error), Code.BAD_DECLARATION)
             else:
                 if typed is not None:
-                    found.append(typed)
+                    typed_statements.append(typed)
                 if after:
                     if isinstance(statement, Assign | Call):
-                        found += after
+                        typed_statements += after
                         after.clear()
                     self._none_after(statement.at)
         if self._all_labels:
             self._labels.pop()
-        return tuple(found)
+        return tuple(typed_statements)
 
     def _none_after(self, at: int) -> None:
         """A property takes an output behind its call: not in the middle of something else."""
@@ -164,15 +164,15 @@ class StatementChecker:
     def _bare(self, tree: Expression) -> TypedStatement | None:
         """A name alone: a call without parentheses, or nothing that does anything."""
         body = self._body
-        found = body.expressions.meaning(tree)
-        if isinstance(found, PropertyUse):
-            return Do(body.calls.read_property(found).value, tree.at)
-        if isinstance(found, TypedOperand) and not isinstance(found.value, Invocation):
+        meaning = body.expressions.meaning(tree)
+        if isinstance(meaning, PropertyUse):
+            return Do(body.calls.read_property(meaning).value, tree.at)
+        if isinstance(meaning, TypedOperand) and not isinstance(meaning.value, Invocation):
             body.warn(
                 tree.at, "this does nothing: it is neither an assignment nor a call", Code.NO_EFFECT
             )
             return None
-        return Do(body.calls.statement(found, tree.at).value, tree.at)
+        return Do(body.calls.statement(meaning, tree.at).value, tree.at)
 
     def _return(self, tree: Return) -> TypedStatement:
         return RoutineExit(tree.at)
@@ -400,10 +400,10 @@ class StatementChecker:
         type = right.type
         assert type is not None
         frame = self._body.frame
-        kept = frame.storage(frame.temporary(type), at)
-        stored = Stored(kept, right, type, at)
+        temporary = frame.storage(frame.temporary(type), at)
+        stored = Stored(temporary, right, type, at)
         over = Computed(Operator.GT, (left, stored), BOOL, at)
-        under = Computed(Operator.LT, (left, Read(kept, type, at)), BOOL, at)
+        under = Computed(Operator.LT, (left, Read(temporary, type, at)), BOOL, at)
         return Computed(Operator.SEL, (down, over, under), BOOL, at)
 
     # exceptions ------------------------------------------------------------------------------

@@ -291,9 +291,9 @@ class SystemOperators:
         operand = body.expressions.operand(trees[0])
         if operand.storage is None:
             raise Unexpected(at, "__VARINFO takes a variable", Code.ARGUMENT_TYPE)
-        found = body.names.find("VAR_INFO", at)
-        assert isinstance(found, TypeName)
-        record = resolved(found.type)
+        meaning = body.names.find("VAR_INFO", at)
+        assert isinstance(meaning, TypeName)
+        record = resolved(meaning.type)
         assert isinstance(record, StructType)
         type = operand.type
         real = resolved(type)
@@ -321,7 +321,7 @@ class SystemOperators:
             (_offset(record, "ByteAddress"), low),
             (_offset(record, "ByteOffset"), offset),
         )
-        return TypedOperand(Composed(image, parts, record, at), found.type)
+        return TypedOperand(Composed(image, parts, record, at), meaning.type)
 
 
 _SPECIALS: dict[str, Special] = {
