@@ -196,13 +196,13 @@ class Initials:
             if body.checking.names.predefined.has_property(type.name, item.name):
                 continue  # of a library whose code is not here: there is no SET to call
             whole = read(storage, type, item.at)
-            assigned = body.paths.member_of(whole, item.name, item.at)
-            if not isinstance(assigned, PropertyUse) or not isinstance(item.value, Expression):
+            property_use = body.paths.member_of(whole, item.name, item.at)
+            if not isinstance(property_use, PropertyUse) or not isinstance(item.value, Expression):
                 raise Unexpected(
                     item.at, f"{type.name} has no member '{item.name[:80]}'", Code.UNKNOWN_MEMBER
                 )
             value = body.expressions.operand(item.value)
-            yield Do(body.calls.write_property(assigned, value, item.at), item.at)
+            yield Do(body.calls.write_property(property_use, value, item.at), item.at)
 
     def _elements(
         self, storage: Storage, type: ArrayType[Any], initial: ArrayInitial, all_of_it: bool

@@ -38,8 +38,8 @@ def is_without_symbols(block: VarBlock) -> bool:
 
 def type_attributes(note: Note) -> Mapping[str, str]:
     """Return the attributes of a type that clients see."""
-    found = attributes_of(note)
-    return {key: value for key, value in found.items() if key not in _OF_THE_COMPILER}
+    attributes = attributes_of(note)
+    return {key: value for key, value in attributes.items() if key not in _OF_THE_COMPILER}
 
 
 def least_size(note: Note, rules: LayoutRules) -> int:

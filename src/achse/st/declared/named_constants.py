@@ -68,9 +68,9 @@ class NamedConstants:
         for name, value in self._predefined_constants.items():
             yield "", name, value
         for scope in self._scopes.asked:
-            for name, found in scope.constants.items():
-                if found is not None:
-                    yield scope.owner, name, found.value
+            for name, constant in scope.constants.items():
+                if constant is not None:
+                    yield scope.owner, name, constant.value
 
     def evaluator(
         self, scope: Scope, otherwise: Callable[[Expression], Constant] | None = None
@@ -108,8 +108,8 @@ class NamedConstants:
             raise NotConstant(at)
         if len(keys) == 1:
             return self.global_constant(keys[0], path[0], scope.space, at)
-        if (found := self._qualified(keys, scope.space, at)) is not None:
-            return found
+        if (constant := self._qualified(keys, scope.space, at)) is not None:
+            return constant
         if keys[0] in self._scopes.globals:
             raise NotConstant(at)
         if keys[-1] in self._predefined_constants:
@@ -141,14 +141,14 @@ class NamedConstants:
     def global_constant(self, key: str, name: str, space: str, at: int) -> Constant:
         """The constant that a name means where nothing nearer has it, seen from a name space.
         Raises `NotConstant`."""
-        found = self._scopes.global_variables(key, space)
-        if len(found) > 1:
-            places = " and ".join(scope.owner for scope, _ in found[:3])
+        matches = self._scopes.global_variables(key, space)
+        if len(matches) > 1:
+            places = " and ".join(scope.owner for scope, _ in matches[:3])
             raise Unexpected(
                 at, f"'{name}' is declared in {places}: which one is meant?", Code.AMBIGUOUS_NAME
             )
-        if found:
-            return self.constant_of(*found[0], [key], at)
+        if matches:
+            return self.constant_of(*matches[0], [key], at)
         values = self._scopes.values_of_enumerations(key, space)
         if len(values) > 1:
             places = " and ".join(entry.name for entry in values[:3])
@@ -243,10 +243,10 @@ class NamedConstants:
             finally:
                 if scope.constants[key] is None:
                     del scope.constants[key]
-        found = scope.constants[key]
-        if found is None:
+        constant = scope.constants[key]
+        if constant is None:
             raise Unexpected(at, f"the constant '{key}' rests on itself", Code.CIRCULAR_DECLARATION)
-        return found
+        return constant
 
     def _worked_out(self, declaration: Declaration, initial: Expression, scope: Scope) -> Constant:
         hint = f"{scope.owner}.{declaration.names[0].name}"
@@ -278,8 +278,8 @@ class NamedConstants:
             return self._member_type(self._operand_type(operand.of, scope), operand.name, at)
         if path is None:
             raise NotConstant(at)
-        if (found := self._scopes.variable(path, scope)) is not None:
-            owner, rest = found
+        if (variable := self._scopes.variable(path, scope)) is not None:
+            owner, rest = variable
             self._scopes.check_depth(at)
             with self._scopes.inside(owner.source):
                 declared = owner.variables[rest[0]][1]
@@ -288,9 +288,9 @@ class NamedConstants:
                 type = self._member_type(type, name, at)
             return type
         name = ".".join(path)
-        given = self._predefined.find(name, at)
-        if given is not None:
-            return given
+        predefined = self._predefined.find(name, at)
+        if predefined is not None:
+            return predefined
         entry = self._scopes.find(name, scope.space)
         if entry is not None and isinstance(entry.tree, TypeDeclaration | FunctionBlock):
             return self._types.entry_type(entry, at)

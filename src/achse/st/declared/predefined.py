@@ -82,22 +82,22 @@ class PredefinedTypes:
     def find(self, name: str, at: int) -> IecType[Any] | None:
         """The type of a name; raises `Unexpected` if it may mean several."""
         key = name.lower()
-        found = self._types.get(key) or self._elementary.get(_MORE_NAMES.get(key, key))
-        found = found or SYSTEM_TYPES.get(key)
-        while found is None and "." in key:
+        type = self._types.get(key) or self._elementary.get(_MORE_NAMES.get(key, key))
+        type = type or SYSTEM_TYPES.get(key)
+        while type is None and "." in key:
             key = key.partition(".")[2]
-            found = self._types.get(key) or SYSTEM_TYPES.get(key)
-        if found is None and self._further is not None:
+            type = self._types.get(key) or SYSTEM_TYPES.get(key)
+        if type is None and self._further is not None:
             try:
-                found = self._further.type(name)
+                type = self._further.type(name)
             except SourceError:
                 raise  # of the file, not of what names the type
             except IecError as doubt:
                 raise Unexpected(at, str(doubt), Code.AMBIGUOUS_NAME) from None
-            self.has_shells |= isinstance(found, InterfaceType) or (
-                isinstance(found, StructType) and found.kind is RecordKind.FUNCTION_BLOCK
+            self.has_shells |= isinstance(type, InterfaceType) or (
+                isinstance(type, StructType) and type.kind is RecordKind.FUNCTION_BLOCK
             )
-        return found
+        return type
 
     def values(self, name: str) -> list[Constant]:
         """Values of that name, in lower case, of enumerations in symbol files."""

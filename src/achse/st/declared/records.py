@@ -99,15 +99,15 @@ class Records:
 
     def _joint_bases(self, tree: FunctionBlock, entry: DeclaredUnit) -> list[DeclaredUnit]:
         """Return the bases whose members are laid out with those of a block, the root first."""
-        found: list[DeclaredUnit] = []
+        bases: list[DeclaredUnit] = []
         while tree.extends is not None:
             base = self._types.scopes.find(tree.extends.name, entry.space)
             if base is None or not has_joint_layout(base):
                 break
             assert isinstance(base.tree, FunctionBlock)
             tree = base.tree
-            found.insert(0, self._types.base_of_one(base, entry))
-        return found
+            bases.insert(0, self._types.base_of_one(base, entry))
+        return bases
 
     def _of_levels(self, levels: Sequence[DeclaredUnit]) -> StructType[Any]:
         """Make the type of a block, the last of `levels`, and those of its bases before it."""
@@ -123,31 +123,31 @@ class Records:
             note = entry.tree.note
         rules = self._types.rules
         layouts = joint_layouts(members, rules, least_size(note, rules))
-        made: StructType[Any] | None = None
+        block: StructType[Any] | None = None
         for entry, own, layout in zip(levels, members, layouts, strict=True):
             assert isinstance(entry.tree, FunctionBlock)
             scope = self._types.scopes.scope(entry)
             kind, tree = RecordKind.FUNCTION_BLOCK, entry.tree
-            made = self._made(
-                kind, entry.name, own, scope, tree.note, tree.at, made, tree.parts, layout
+            block = self._made(
+                kind, entry.name, own, scope, tree.note, tree.at, block, tree.parts, layout
             )
-            entry.type = made
-        assert made is not None
-        return made
+            entry.type = block
+        assert block is not None
+        return block
 
     def _of_methods(
         self, parts: Iterable[Part], scope: Scope, block: str, taken: Container[str]
     ) -> list[Variable[Any, Any]]:
         """The VAR_INST variables of methods, which each instance of the block keeps."""
-        found = []
+        variables = []
         for name, inside, declaration in instance_variables(parts):
             for variable, _ in self.declared(inside, declaration, scope):
                 own = _instance_name(name, variable.name)
                 if own.lower() in taken:  # of the method that this one overrides
                     own = _instance_name(name, variable.name, block)
                 variable.name = own
-                found.append(variable)
-        return found
+                variables.append(variable)
+        return variables
 
     def record(
         self,
@@ -217,7 +217,7 @@ class Records:
             methods_of(self._types, parts, scope),
             properties_of(self._types, parts, scope),
         )
-        made: StructType[Any] = self._types.scopes.made(
+        type: StructType[Any] = self._types.scopes.made(
             lambda: StructType(
                 name,
                 members,
@@ -234,11 +234,11 @@ class Records:
             ),
             at,
         )
-        if made.size > LARGEST:
+        if type.size > LARGEST:
             raise Unexpected(
-                at, f"{name} has {made.size} bytes, more than {LARGEST}", Code.TOO_LARGE
+                at, f"{name} has {type.size} bytes, more than {LARGEST}", Code.TOO_LARGE
             )
-        return made
+        return type
 
     def variables(
         self, blocks: Iterable[VarBlock], scope: Scope, inside: Scope | None = None
@@ -247,7 +247,7 @@ class Records:
 
         A fault costs one of them, so that those of the others are told, too; then `Failed`.
         """
-        found = []
+        all_variables = []
         failed = False
         for block in blocks:
             if block.section in _DECLARED_ELSEWHERE:
@@ -255,7 +255,7 @@ class Records:
             for declaration in block.variables:
                 try:
                     with self._types.scopes.deeper():
-                        made = self.declared(block, declaration, scope, inside)
+                        variables = self.declared(block, declaration, scope, inside)
                 except Unexpected as fault:
                     self._types.scopes.report(scope.source, fault.at, fault.message, fault.code)
                     failed = True
@@ -263,10 +263,10 @@ class Records:
                     failed = True
                 else:
                     if block.section in _SECTIONS:
-                        found += made
+                        all_variables += variables
         if failed:
             raise Failed
-        return found
+        return all_variables
 
     def declared(
         self, block: VarBlock, tree: Declaration, scope: Scope, inside: Scope | None = None
@@ -281,7 +281,7 @@ class Records:
         if attributes and attributes.get("TcEncoding", "").upper() == "UTF-8":
             type = with_coding(type, "utf-8")
         initial, start_values = self._initial(type, tree, inside or scope)
-        found = []
+        variables = []
         for item in tree.names:
             variable: Variable[Any, Any] = Variable(
                 type,
@@ -301,8 +301,8 @@ class Records:
                 attributes=attributes,
                 start_values=start_values,
             )
-            found.append((variable, item.at))
-        return found
+            variables.append((variable, item.at))
+        return variables
 
     def _initial(
         self, type: IecType[Any], tree: Declaration, scope: Scope
@@ -358,10 +358,12 @@ class Records:
         self, type: IecType[Any], tree: Initial, scope: Scope
     ) -> tuple[object, list[Left]]:
         """The initial value, and the parts of it that are not constants."""
-        scopes, given = self._types.scopes, self._types.predefined
+        scopes, predefined = self._types.scopes, self._types.predefined
         values = InitialValues(
             self._types.constants.evaluator(scope),
-            lambda block, name: scopes.has_property(block, name) or given.has_property(block, name),
+            lambda block, name: (
+                scopes.has_property(block, name) or predefined.has_property(block, name)
+            ),
         )
         value = values.value(type, tree)
         if value is not None:

@@ -126,8 +126,8 @@ class Resolver:
                 element = self.type_of(spec.element, scope, hint)
                 key = (id(element), *bounds)
                 if key not in self._arrays:
-                    made = self._sized(lambda: ArrayType(element, bounds), spec.at)
-                    self._arrays[key] = made
+                    type = self._sized(lambda: ArrayType(element, bounds), spec.at)
+                    self._arrays[key] = type
                 return self._arrays[key]
             case PointerTo(target):
                 return self.pointer(PointerType, target, scope, hint, spec.at)
@@ -177,14 +177,12 @@ class Resolver:
     def _found(self, spec: NamedType, scope: Scope) -> IecType[Any]:
         entry = self.scopes.find(spec.name, scope.space)
         if entry is None or (entry.is_library and spec.name in self.predefined):
-            found = self.predefined.find(spec.name, spec.at)
-            if found is None:
+            type = self.predefined.find(spec.name, spec.at)
+            if type is None:
                 raise self._unknown(spec)
             if spec.generics:
-                raise Unexpected(
-                    spec.at, f"{found.name} has no VAR_GENERIC", Code.GENERIC_CONSTANTS
-                )
-            return found
+                raise Unexpected(spec.at, f"{type.name} has no VAR_GENERIC", Code.GENERIC_CONSTANTS)
+            return type
         if spec.generics or generics_of(entry):
             entry = self._instance(entry, spec, scope)
         return self.entry_type(entry, spec.at)
@@ -212,23 +210,23 @@ class Resolver:
             self.constants.integer(item, scope, "a generic constant") for item in spec.generics
         ]
         name = f"{entry.name}<{','.join(map(str, values))}>"
-        found = self._instances.get(name.lower())
-        if found is None:
-            found = DeclaredUnit(name, entry.tree, entry.source, entry.space, entry.is_library)
-            self._instances[name.lower()] = found
-            self.scopes.scope(found).constants |= {
+        instance = self._instances.get(name.lower())
+        if instance is None:
+            instance = DeclaredUnit(name, entry.tree, entry.source, entry.space, entry.is_library)
+            self._instances[name.lower()] = instance
+            self.scopes.scope(instance).constants |= {
                 key: Constant(value) for key, value in zip(names, values, strict=True)
             }
-        return found
+        return instance
 
     def base_of_one(self, base: DeclaredUnit, block: DeclaredUnit) -> DeclaredUnit:
         """A base as it is in one block that extends it, with a layout for this block alone."""
         name = f"{base.name}<{block.name}>"
-        found = self._instances.get(name.lower())
-        if found is None:
-            found = DeclaredUnit(name, base.tree, base.source, base.space, base.is_library)
-            self._instances[name.lower()] = found
-        return found
+        instance = self._instances.get(name.lower())
+        if instance is None:
+            instance = DeclaredUnit(name, base.tree, base.source, base.space, base.is_library)
+            self._instances[name.lower()] = instance
+        return instance
 
     def _subrange(self, spec: Subrange, scope: Scope) -> IecType[Any]:
         base = resolved(self.named(spec.base, scope))
@@ -245,11 +243,11 @@ class Resolver:
         """A pointer or reference."""
         name = self._text(target, scope, hint)
         # Followed when asked for, not now: a structure may point to its own kind.
-        made = kind(
+        pointer = kind(
             lambda: self.type_of(target, scope, hint), self.rules.pointer_size, target_name=name
         )
-        self._pointers.append((made, scope, at))
-        return made
+        self._pointers.append((pointer, scope, at))
+        return pointer
 
     def _text(self, spec: TypeSpec, scope: Scope, hint: str) -> str:
         """The name of a type that is not to be made yet."""
@@ -288,17 +286,17 @@ class Resolver:
     def _nameless(self, spec: EnumOf | StructOf | UnionOf, scope: Scope, hint: str) -> IecType[Any]:
         """A type declared where a variable is; it bears the name of the variable."""
         key = (id(spec), hint)  # A generic block has one for each of its instances.
-        found = self._inner.get(key)
-        if found is None:
+        type = self._inner.get(key)
+        if type is None:
             if isinstance(spec, EnumOf):
-                found = self._enum(spec, scope, hint, NO_NOTE, None)
+                type = self._enum(spec, scope, hint, NO_NOTE, None)
                 scope.values |= {
-                    name.lower(): Constant(number, found) for name, number in found.numbers.items()
+                    name.lower(): Constant(number, type) for name, number in type.numbers.items()
                 }
             else:
-                found = self.records.of_structure(spec, scope, hint, NO_NOTE, None)
-            self._inner[key] = found
-        return found
+                type = self.records.of_structure(spec, scope, hint, NO_NOTE, None)
+            self._inner[key] = type
+        return type
 
     # units -----------------------------------------------------------------------------------
 
@@ -326,9 +324,9 @@ class Resolver:
     def entry_of(self, type: IecType[Any]) -> DeclaredUnit | None:
         """The unit that declares a type; None if no source does."""
         key = type.name.lower()
-        for found in (self.scopes.entries.get(key), self._instances.get(key)):
-            if found is not None and found.type is type:
-                return found
+        for entry in (self.scopes.entries.get(key), self._instances.get(key)):
+            if entry is not None and entry.type is type:
+                return entry
         return None
 
     # declared types ------------------------------------------------------------------------
@@ -383,17 +381,17 @@ class Resolver:
                 spec, outside, entry.name, tree.note, tree.extends, scope
             )
         else:
-            made = self.type_of(spec, scope, entry.name)
+            target = self.type_of(spec, scope, entry.name)
             if attributes.get("TcEncoding", "").upper() == "UTF-8":
-                made = with_coding(made, "utf-8")
-            if isinstance(made, SubrangeType) and isinstance(spec, Subrange):
-                base, low, high = made.integer, made.low, made.high
+                target = with_coding(target, "utf-8")
+            if isinstance(target, SubrangeType) and isinstance(spec, Subrange):
+                base, low, high = target.integer, target.low, target.high
                 type = SubrangeType(
                     base, low, high, name=entry.name, comment=comment, attributes=attributes
                 )
             else:
                 type = self.scopes.made(
-                    lambda: AliasType(entry.name, made, comment=comment, attributes=attributes),
+                    lambda: AliasType(entry.name, target, comment=comment, attributes=attributes),
                     spec.at,
                 )
         if tree.initial is not None:
@@ -506,9 +504,9 @@ class Resolver:
             whole = name.lower()
             for path in (whole, whole[whole.rfind(".") :]) if is_global else (whole,):
                 if path in self.config_addresses:
-                    given, source = self.config_addresses.pop(path)
+                    config_address, source = self.config_addresses.pop(path)
                     with self.scopes.inside(source):
-                        return self._parsed(given)
+                        return self._parsed(config_address)
         return place
 
     def _parsed(self, address: DirectAddress) -> Place:

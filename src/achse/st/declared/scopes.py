@@ -167,8 +167,8 @@ def blocks_of(unit: Unit) -> Sequence[VarBlock]:
         if isinstance(spec, StructOf | UnionOf):
             return (VarBlock("VAR", (), spec.members, NO_NOTE, spec.at),)
         return ()
-    found: Sequence[VarBlock] = getattr(unit, "blocks", ())
-    return found
+    blocks: Sequence[VarBlock] = getattr(unit, "blocks", ())
+    return blocks
 
 
 def attributes_of(note: Note) -> dict[str, str]:
@@ -336,17 +336,17 @@ class Scopes:
         key = name.lower()
         prefix = space.lower()
         head, dot, rest = key.partition(".")
-        if dot and (found := self._units_of(head, prefix).get(rest)) is not None:
-            return found
-        if prefix in self._of_libraries and (found := self._in_libraries(key, prefix)):
-            return found
+        if dot and (unit := self._units_of(head, prefix).get(rest)) is not None:
+            return unit
+        if prefix in self._of_libraries and (unit := self._in_libraries(key, prefix)):
+            return unit
         while prefix:
-            if found := self.entries.get(f"{prefix}.{key}"):
-                return found
+            if unit := self.entries.get(f"{prefix}.{key}"):
+                return unit
             prefix = prefix.rpartition(".")[0]
         while True:
-            if found := self.entries.get(key):
-                return found
+            if unit := self.entries.get(key):
+                return unit
             _, dot, key = key.partition(".")
             if not dot:
                 return None
@@ -354,11 +354,11 @@ class Scopes:
     def _in_libraries(self, key: str, library: str) -> DeclaredUnit | None:
         """A name as one library sees it: its own, that of a library that it references, else that
         of another library where the project has that name, too."""
-        if found := self._of_libraries[library].get(key):
-            return found
+        if unit := self._of_libraries[library].get(key):
+            return unit
         for name in self._references.get(library, ()):
-            if found := self._of_libraries.get(name, {}).get(key):
-                return found
+            if unit := self._of_libraries.get(name, {}).get(key):
+                return unit
         known = self.entries.get(key)
         if known is None or known.is_library:
             return known
@@ -386,7 +386,7 @@ class Scopes:
 
     def _seen(
         self,
-        found: Sequence[DeclaredUnit],
+        candidates: Sequence[DeclaredUnit],
         key: str,
         space: str,
     ) -> Sequence[DeclaredUnit]:
@@ -394,15 +394,15 @@ class Scopes:
 
         Whatever else has the name (variable, value, property, unit) hides those farther away.
         """
-        if not found:
-            return found
+        if not candidates:
+            return candidates
         spaces = [item.space for item in self.globals.get(key, ())]
         spaces += [item.space for item in self.loose_values.get(key, ())]
         spaces += [item.space for item in self.list_properties.get(key, ())]
         if (unit := self.find(key, space)) is not None:
             spaces.append(unit.space)
         nearest = min(self._distance(other, space) for other in spaces)
-        return [item for item in found if self._distance(item.space, space) == nearest]
+        return [item for item in candidates if self._distance(item.space, space) == nearest]
 
     def _distance(self, other: str, space: str) -> int:
         """0 for the name space itself; from a library other libraries are next, from the project
@@ -437,22 +437,22 @@ class Scopes:
 
     def scope(self, entry: DeclaredUnit) -> Scope:
         """Return the scope inside a unit."""
-        found = self._scopes.get(entry)
-        if found is None:
-            found = Scope(entry.source, entry.name, entry.space)
-            self._scopes[entry] = found
+        scope = self._scopes.get(entry)
+        if scope is None:
+            scope = Scope(entry.source, entry.name, entry.space)
+            self._scopes[entry] = scope
             tree = entry.tree
             if isinstance(tree, FunctionBlock | TypeDeclaration) and tree.extends is not None:
                 base = self.find(tree.extends.name, entry.space)
                 if base is not None and isinstance(base.tree, type(tree)):
-                    found.base = self.scope(base)
+                    scope.base = self.scope(base)
                 elif base is None:
-                    found.extends = tree.extends
+                    scope.extends = tree.extends
             for block in blocks_of(tree):
                 for declaration in block.variables:
                     for item in declaration.names:
-                        found.variables.setdefault(item.name.lower(), (block, declaration))
-        return found
+                        scope.variables.setdefault(item.name.lower(), (block, declaration))
+        return scope
 
     # faults --------------------------------------------------------------------------------
 
@@ -564,11 +564,11 @@ class Scopes:
             entry = self.find(".".join(keys[:cut]), scope.space)
             if entry is not None and keys[cut] in self.scope(entry).variables:
                 return self.scope(entry), keys[cut:]
-        if found := self.global_variables(keys[0], scope.space):
-            return found[0][0], keys
+        if matches := self.global_variables(keys[0], scope.space):
+            return matches[0][0], keys
         library = self.library_named(keys[0])
-        if library and len(keys) > 1 and (found := self.global_variables(keys[1], library)):
-            return found[0][0], keys[1:]
+        if library and len(keys) > 1 and (matches := self.global_variables(keys[1], library)):
+            return matches[0][0], keys[1:]
         return None
 
     def is_placed(self, scope: Scope) -> bool:
@@ -585,11 +585,11 @@ class Scopes:
 
     def own(self, key: str, scope: Scope) -> tuple[Scope, Declared] | None:
         """The variable of that name in a scope or in those it extends."""
-        if (found := scope.variables.get(key)) is not None:
-            return scope, found
+        if (variable := scope.variables.get(key)) is not None:
+            return scope, variable
         if scope.base is None:
             return None
         for here in with_bases(scope):
-            if (found := here.variables.get(key)) is not None:
-                return here, found
+            if (variable := here.variables.get(key)) is not None:
+                return here, variable
         return None

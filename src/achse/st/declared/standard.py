@@ -87,12 +87,12 @@ def library_files() -> Sequence[LibraryFile]:
         folder = name.partition("/")[0]
         source.library = "__SYSTEM" if folder == "language" else folder
         sources.append(source)
-    kept = ObjectCache("libraries", _digest(sources))
-    listed = _read(kept.load(), len(sources))
+    object_cache = ObjectCache("libraries", _digest(sources))
+    listed = _read(object_cache.load(), len(sources))
     if listed is not None:
         return tuple(map(LibraryFile, sources, listed))
     files = tuple(map(LibraryFile, sources))
-    kept.save(json.dumps([file.outlines for file in files]).encode())
+    object_cache.save(json.dumps([file.outlines for file in files]).encode())
     return files
 
 

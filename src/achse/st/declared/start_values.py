@@ -135,10 +135,10 @@ class StartValues:
 
     def _named(self, path: tuple[str, ...], at: int) -> PointedValue:
         """The variable `a.b.c`: of the own record, of a list or of a program."""
-        found = self._names.scopes.variable(path, self._scope)
-        if found is None and not self._names.constants.is_inherited(path[0].lower(), self._scope):
+        match = self._names.scopes.variable(path, self._scope)
+        if match is None and not self._names.constants.is_inherited(path[0].lower(), self._scope):
             raise NotConstant(at)
-        owner, rest = found or (self._scope, list(path))
+        owner, rest = match or (self._scope, list(path))
         if self._names.scopes.is_placed(owner):
             try:
                 spot = self._surroundings.variable(f"{owner.owner}.{rest[0]}")
@@ -156,12 +156,12 @@ class StartValues:
 
     def _part(self, whole: PointedValue, step: MemberStep | PathIndex, at: int) -> PointedValue:
         try:
-            found = follow(whole.type, (step,))
+            target = follow(whole.type, (step,))
         except IecError as error:
             raise Unexpected(at, str(error), Code.BAD_START_VALUE) from None
-        if found.static is not None:
+        if target.static is not None:
             raise NotConstant(at)
-        return PointedValue(found.type, whole.address + found.offset, found.bit)
+        return PointedValue(target.type, whole.address + target.offset, target.bit)
 
     def _pointee(self, place: int, pointer: PointerType, at: int) -> PointedValue:
         address = pointer.decode(self._read(place, pointer.size, at))

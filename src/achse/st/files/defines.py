@@ -79,14 +79,14 @@ class SourceDefines(ProjectDefines):
         return None
 
     def type_name(self, variable: str) -> str:
-        found = self._variables.get(variable.lower())
-        return "" if found is None else print_type(found.type)
+        declaration = self._variables.get(variable.lower())
+        return "" if declaration is None else print_type(declaration.type)
 
     def constant(self, name: str) -> str | None:
-        found = self._variables.get(name.lower())
-        if found is None or not isinstance(found.initial, Expression):
+        declaration = self._variables.get(name.lower())
+        if declaration is None or not isinstance(declaration.initial, Expression):
             return None
-        return print_expression(found.initial)
+        return print_expression(declaration.initial)
 
 
 def _flat(units: Iterable[Unit]) -> Iterator[Unit]:

@@ -100,7 +100,7 @@ def parse_envelope(root: Element, path: str, defines: Defines = ()) -> Parsed:
 
 def _drawings(root: Element, start: int) -> dict[Element, GraphicalBody]:
     """The bodies in other languages, with offsets from `start` on."""
-    found: dict[Element, GraphicalBody] = {}
+    bodies: dict[Element, GraphicalBody] = {}
     for owner in root.walk():
         implementation = owner.find("Implementation")
         for element in implementation.children if implementation is not None else ():
@@ -108,9 +108,9 @@ def _drawings(root: Element, start: int) -> dict[Element, GraphicalBody]:
                 options = owner.find("ObjectProperties")
                 settings = b"" if options is None else options.raw
                 line = element.location.line
-                found[element] = GraphicalBody(element.tag, element.raw, start, line, settings)
+                bodies[element] = GraphicalBody(element.tag, element.raw, start, line, settings)
                 start += len(element.raw) + 1
-    return found
+    return bodies
 
 
 class _Envelope:
@@ -151,9 +151,9 @@ class _Envelope:
         return Parser(self._source, *self._spans[declaration], self._defines)
 
     def _attempt(self, parser: Parser, read: Callable[[], P]) -> P | None:
-        found = parser.attempt(read)
+        result = parser.attempt(read)
         self._faults += parser.faults
-        return found
+        return result
 
     def _list(self, element: Element, name: str) -> tuple[Unit, ...]:
         parser = self._parser(element)
@@ -242,8 +242,8 @@ class _Envelope:
         if text is None:
             return None
         parser = Parser(self._source, *self._spans[text], self._defines)
-        found = parser.attempt(parser.expressions.expression)
-        return None if parser.faults or isinstance(found, Assign) else found
+        condition = parser.attempt(parser.expressions.expression)
+        return None if parser.faults or isinstance(condition, Assign) else condition
 
     def _start_of_text(self, element: Element) -> int:
         implementation = element.find("Implementation")
@@ -267,10 +267,10 @@ class _Envelope:
         parser = self._parser(element)
         if parser is None:
             return
-        found = self._attempt(parser, lambda: parser.property(whole=False))
+        tree = self._attempt(parser, lambda: parser.property(whole=False))
         get, set = self._accessor(element.find("Get")), self._accessor(element.find("Set"))
-        if found is not None:
-            yield changed(found, get=get, set=set)
+        if tree is not None:
+            yield changed(tree, get=get, set=set)
 
     def _accessor(self, element: Element | None) -> Accessor | None:
         if element is None:

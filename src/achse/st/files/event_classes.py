@@ -45,7 +45,7 @@ class EventClass:
 
 def event_classes(contents: Iterable[tuple[bytes, str]]) -> list[EventClass]:
     """The classes in some files, each once; what is not well formed is passed over."""
-    found: dict[str, EventClass] = {}
+    classes: dict[str, EventClass] = {}
     for data, name in contents:
         if b"<EventId>" not in data:
             continue
@@ -55,10 +55,10 @@ def event_classes(contents: Iterable[tuple[bytes, str]]) -> list[EventClass]:
             continue
         for element in root.walk():
             if element.tag == "DataType" and element.find("EventId") is not None:
-                made = _class(element)
-                if made is not None:
-                    found.setdefault(made.name.lower(), made)
-    return list(found.values())
+                event_class = _class(element)
+                if event_class is not None:
+                    classes.setdefault(event_class.name.lower(), event_class)
+    return list(classes.values())
 
 
 def base_classes(sources: Iterable[Parsed], known: Iterable[EventClass]) -> list[EventClass]:
@@ -79,12 +79,10 @@ def _base_classes() -> tuple[EventClass, ...]:
         EventClass(
             name,
             name,
-            UUID(told["guid"]),
-            tuple(
-                ProjectEvent(event, number, level, "") for number, event, level in told["events"]
-            ),
+            UUID(row["guid"]),
+            tuple(ProjectEvent(event, number, level, "") for number, event, level in row["events"]),
         )
-        for name, told in tomllib.loads(data).items()
+        for name, row in tomllib.loads(data).items()
     )
 
 

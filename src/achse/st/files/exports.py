@@ -78,28 +78,28 @@ def parse_export(text: str, path: str, name: str, defines: Defines = ()) -> Pars
 def tasks_of_export(text: str) -> list[TaskDeclaration]:
     """Return the tasks of an export. Raises `SourceError`."""
     masked = _masked(text)
-    found: list[TaskDeclaration] = []
+    tasks: list[TaskDeclaration] = []
     for item in _objects(masked):
         if item.kind == "RESOURCE":
             start = item.start
             for end in _END_TASK.finditer(masked, item.start, item.end):
                 task = _TASK.search(masked, start, end.start())
                 if task is not None:
-                    found.append(_task(task, masked[task.end() : end.start()]))
+                    tasks.append(_task(task, masked[task.end() : end.start()]))
                 start = end.end()
-    return found
+    return tasks
 
 
-def _task(found: "re.Match[str]", body: str) -> TaskDeclaration:
+def _task(match: "re.Match[str]", body: str) -> TaskDeclaration:
     facts = {
         key.strip().upper(): value.strip()
-        for key, _, value in (item.partition(":=") for item in found[2].split(","))
+        for key, _, value in (item.partition(":=") for item in match[2].split(","))
     }
     priority = facts.get("PRIORITY", "20")
     interval = facts.get("INTERVAL")
     cycle = 0 if interval is None else _nanoseconds(interval)
     return TaskDeclaration(
-        found[1],
+        match[1],
         cycle or _CYCLE_NS,
         whole_number(priority, 20),
         tuple(_CALLED.findall(body)),
@@ -109,10 +109,10 @@ def _task(found: "re.Match[str]", body: str) -> TaskDeclaration:
 def _nanoseconds(text: str) -> int:
     """The length of a TIME literal; 0 for anything else."""
     try:
-        found = literal_value(text).value
+        milliseconds = literal_value(text).value
     except ValueError:
         return 0
-    return int(found) * 1_000_000 if isinstance(found, int) else 0
+    return int(milliseconds) * 1_000_000 if isinstance(milliseconds, int) else 0
 
 
 def _masked(text: str) -> str:
@@ -211,13 +211,13 @@ class _Export:
                 case "TYPE" | "VAR_GLOBAL" | "VAR_CONFIG":
                     for unit in self._read(item, self._name_of_list(item)):
                         _add(units, unit)
-        found = tuple(
+        trees = tuple(
             with_drawn_bodies(_placed(unit))
             if isinstance(unit, Program | FunctionBlock | Function)
             else _placed(unit)
             for unit in units
         )
-        return Parsed(self._source, found, tuple(self._faults))
+        return Parsed(self._source, trees, tuple(self._faults))
 
     def _name_of_list(self, item: _Object) -> str:
         before = self._text.rfind("@GLOBAL_VARIABLE_LIST", 0, item.start)
@@ -231,9 +231,9 @@ class _Export:
         return self._attempt(parser, lambda: parser.units(list_name)) or ()
 
     def _attempt(self, parser: Parser, read: Callable[[], P]) -> P | None:
-        found = parser.attempt(read)
+        result = parser.attempt(read)
         self._faults += parser.faults
-        return found
+        return result
 
     # bodies ------------------------------------------------------------------------------------
 
@@ -295,8 +295,8 @@ class _Export:
         parts: tuple[Action, ...]
         if drawn is None:
             parser = Parser(self._source, item.start, item.end, self._defines)
-            found = self._attempt(parser, parser.action)
-            parts = () if found is None else (found,)
+            action = self._attempt(parser, parser.action)
+            parts = () if action is None else (action,)
         else:
             head = _ACTION_HEAD.match(self._masked, item.start)
             assert head is not None
@@ -310,5 +310,5 @@ class _Export:
         for step in step_bodies(body.text):
             start = offset + step.start
             parser = Parser(self._source, start, offset + step.end, self._defines)
-            found = self._attempt(parser, parser.statements.statements)
-            yield Action(step.action, found or (), NO_NOTE, start)
+            statements = self._attempt(parser, parser.statements.statements)
+            yield Action(step.action, statements or (), NO_NOTE, start)

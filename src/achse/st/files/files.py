@@ -111,11 +111,11 @@ def symbol_files(path: Path) -> list[Path]:
         projects = [file for file in files_below(path) if has_content(file, Content.PROJECT)]
         path = projects[0] if len(projects) == 1 else path
     folder = path if path.is_dir() else path.parent
-    found = [item for item in sorted(folder.iterdir()) if item.suffix.lower() == LIBRARY_TYPES]
-    found.sort(key=lambda item: item.stem.lower() != path.stem.lower())
+    files = [item for item in sorted(folder.iterdir()) if item.suffix.lower() == LIBRARY_TYPES]
+    files.sort(key=lambda item: item.stem.lower() != path.stem.lower())
     if path.is_file() and not has_content(path, Content.PROJECT):
-        return [item for item in found if item.stem.lower() == path.stem.lower()]
-    return found
+        return [item for item in files if item.stem.lower() == path.stem.lower()]
+    return files
 
 
 def source_files(path: Path) -> list[tuple[Path, str]]:
@@ -138,13 +138,13 @@ def source_files(path: Path) -> list[tuple[Path, str]]:
         raise _refused(str(path), f"several projects: name one of {names}")
     if projects:
         return _listed(projects[0])
-    found = [
+    candidates = [
         item
         for item in below
         if (item.suffix.lower() in SOURCES and item.is_file()) or _is_plcopen(item)
     ]
-    own = [item for item in found if not has_content(item, Content.EXPORT, Content.PLCOPEN)]
-    files = [(item, item.relative_to(path).as_posix()) for item in own or found]
+    own = [item for item in candidates if not has_content(item, Content.EXPORT, Content.PLCOPEN)]
+    files = [(item, item.relative_to(path).as_posix()) for item in own or candidates]
     if not files:
         raise _refused(str(path), f"expected files like {', '.join(SOURCES)}")
     return files
@@ -166,25 +166,25 @@ def files_below(folder: Path) -> list[Path]:
 
     Raises `SourceError` for a folder with more than 200,000 entries: that is not a project.
     """
-    found: list[Path] = []
+    entries: list[Path] = []
     for place, folders, files in os.walk(folder):
         folders[:] = [name for name in folders if not name.startswith(".")]
         shown = (name for name in (*folders, *files) if not name.startswith("."))
-        found += [Path(place, name) for name in shown]
-        if len(found) > _MOST_ENTRIES:
+        entries += [Path(place, name) for name in shown]
+        if len(entries) > _MOST_ENTRIES:
             raise _refused(
                 str(folder),
                 f"expected the folder of a project: there are over {_MOST_ENTRIES:,} files below",
             )
-    return sorted(found)
+    return sorted(entries)
 
 
 def project_file(path: Path) -> Path | None:
     """The `.plcproj` that says what is in a path; None without one."""
     if has_content(path, Content.PROJECT) and path.is_file():
         return path
-    found = [item for item in files_below(path) if has_content(item, Content.PROJECT)]
-    return found[0] if len(found) == 1 else None
+    projects = [item for item in files_below(path) if has_content(item, Content.PROJECT)]
+    return projects[0] if len(projects) == 1 else None
 
 
 def _listed(project: Path) -> list[tuple[Path, str]]:
@@ -301,15 +301,15 @@ def parse_file(file: Path, name: str = "", *, defines: Defines = ()) -> Parsed:
         return parsed
     pairs = defines.items() if isinstance(defines, Mapping) else dict.fromkeys(defines).items()
     key = (name, file.name, hashlib.sha256(data).digest(), frozenset(pairs))
-    held = kept_trees(_held)
-    earlier = held.get(key)
+    trees = kept_trees(_contents)
+    earlier = trees.get(key)
     if earlier is None:
         parsed = _parsed(file, name, data, defines)
     else:
         parsed = earlier.parsed_again()
     parsed.source.file = os.path.abspath(file)
     parsed.source.content = _Content(parsed)
-    held[key] = parsed.source.content
+    trees[key] = parsed.source.content
     return parsed
 
 
@@ -329,7 +329,7 @@ class _Content:
         )
 
 
-_held: WeakValueDictionary[tuple[object, ...], _Content] = WeakValueDictionary()
+_contents: WeakValueDictionary[tuple[object, ...], _Content] = WeakValueDictionary()
 
 
 def _parsed(file: Path, name: str, data: bytes, defines: Defines) -> Parsed:

@@ -143,12 +143,12 @@ def _come_with_achse(references: Iterable[LibraryReference]) -> Mapping[str, Seq
     """The folders of the libraries that come with achse, in the order of the references, each with
     its name spaces."""
     folders = {plain_title(name): name for name in libraries.names()}
-    found: dict[str, list[str]] = {}
+    spaces: dict[str, list[str]] = {}
     for reference in references:
         for title in reference.titles:
             if title in folders:
-                found.setdefault(folders[title], []).append(reference.namespace)
-    return found
+                spaces.setdefault(folders[title], []).append(reference.namespace)
+    return spaces
 
 
 class _LibraryFolders:
@@ -162,18 +162,18 @@ class _LibraryFolders:
         self._only: dict[Path, Path] = {}
         for place in places:
             files = files_below(place) if place.is_dir() else [place]
-            found = [
+            projects = [
                 item for item in files if has_content(item, Content.PROJECT) and item.is_file()
             ]
-            if len(found) > 1:
-                for project in found:
+            if len(projects) > 1:
+                for project in projects:
                     for title in _titles(project):
                         self.projects.setdefault(title, project)
             elif place.is_file() or any(_is_source(item) for item in files):
                 self.whole.append(place)
-                if found:
-                    self._only[place] = found[0]
-                    self.titles_of_whole.update(_titles(found[0]))
+                if projects:
+                    self._only[place] = projects[0]
+                    self.titles_of_whole.update(_titles(projects[0]))
             for item in files:
                 if item.suffix.lower() in _CONTAINERS:
                     self._note(item)
@@ -192,9 +192,9 @@ class _LibraryFolders:
         """The name space of what is at a place: the title of its project, else its own name."""
         project = self._only.get(place, place)
         if has_content(project, Content.PROJECT):
-            found = _TITLE.search(content_of(project, project.name))
-            if found is not None:
-                return unescape(found[1].decode("utf-8", "replace")).strip() or project.stem
+            match = _TITLE.search(content_of(project, project.name))
+            if match is not None:
+                return unescape(match[1].decode("utf-8", "replace")).strip() or project.stem
         return project.stem
 
     def references(self, place: Path) -> list[LibraryReference]:
@@ -210,11 +210,11 @@ def _titles(project: Path) -> Iterator[str]:
     """
     yield plain_title(project.stem)
     try:
-        found = _TITLE.search(content_of(project, project.name))
+        match = _TITLE.search(content_of(project, project.name))
     except SourceError:
         return  # reported when a project references it
-    if found is not None:
-        yield plain_title(unescape(found[1].decode("utf-8", "replace")))
+    if match is not None:
+        yield plain_title(unescape(match[1].decode("utf-8", "replace")))
 
 
 def _is_source(item: Path) -> bool:

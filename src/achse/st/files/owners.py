@@ -28,8 +28,8 @@ _OF_HARDWARE = re.compile(
 
 def left_to_station(address: str) -> str:
     """Return an address of an export as it is; `%I*` for a place in a configuration of hardware."""
-    found = _OF_HARDWARE.fullmatch(address.strip())
-    return address if found is None else f"{found[1]}*"
+    match = _OF_HARDWARE.fullmatch(address.strip())
+    return address if match is None else f"{match[1]}*"
 
 
 def with_drawn_bodies(
@@ -42,10 +42,10 @@ def with_drawn_bodies(
     parts = () if isinstance(unit, Function) else unit.parts
     drawn = [("", unit.body, not isinstance(unit, Function), "")]
     drawn += [(*item, "") for part in parts for item in _bodies_of(part)]
-    found = [
+    bodies = [
         (name, body, keeps) for name, body, keeps, _ in drawn if isinstance(body, GraphicalBody)
     ]
-    if not found:
+    if not bodies:
         return unit
     actions = {part.name.lower(): part.name for part in parts if isinstance(part, Action)}
     variables = {
@@ -54,7 +54,7 @@ def with_drawn_bodies(
         for declaration in block.variables
         for item in declaration.names
     }
-    for name, body, keeps_memory in found:
+    for name, body, keeps_memory in bodies:
         owner = body.owner
         owner.unit, owner.part, owner.keeps_memory = unit.name, name, keeps_memory
         owner.result = name if name.lower() in transitions else ""
@@ -62,7 +62,7 @@ def with_drawn_bodies(
         owner.transitions = frozenset(transitions)
     if isinstance(unit, Function):
         return unit
-    implicit = (block for _, body, _ in found for block in body.implicit_variables)
+    implicit = (block for _, body, _ in bodies for block in body.implicit_variables)
     return changed(unit, blocks=(*unit.blocks, *implicit))
 
 

@@ -43,14 +43,14 @@ def plain_title(title: str) -> str:
 def references_of(root: Element) -> list[LibraryReference]:
     """The references of a project in order. A placeholder stands for what it is resolved to."""
     resolved: dict[str, str] = {}
-    found: list[Element] = []
+    elements: list[Element] = []
     for element in root.walk():
         name = element.attributes.get("Include", "").strip()
         if element.tag == "PlaceholderResolution":
             resolved[name.lower()] = element.text_of("Resolution")
         elif element.tag in ("PlaceholderReference", "LibraryReference") and name:
-            found.append(element)
-    return [_reference(element, resolved) for element in found]
+            elements.append(element)
+    return [_reference(element, resolved) for element in elements]
 
 
 def _reference(element: Element, resolved: Mapping[str, str]) -> LibraryReference:

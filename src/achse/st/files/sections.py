@@ -78,7 +78,7 @@ def _xml_sections(content: bytes) -> tuple[CodeSection, ...]:
     parser = expat.ParserCreate()
     names: list[str] = []
     tags: list[str] = []
-    found: list[CodeSection] = []
+    sections: list[CodeSection] = []
     begun: list[tuple[int, int, int]] = []
 
     def start(tag: str, attributes: dict[str, str]) -> None:
@@ -101,7 +101,7 @@ def _xml_sections(content: bytes) -> tuple[CodeSection, ...]:
             last = parser.CurrentByteIndex
             text = _plain(content[first:last].decode("utf-8"))
             kind = _KINDS[tags[-1]]
-            found.append(CodeSection(".".join(names), kind, text, first, last, line, column))
+            sections.append(CodeSection(".".join(names), kind, text, first, last, line, column))
 
     def doctype(*_: object) -> None:
         raise SectionError("a DOCTYPE is not accepted")
@@ -113,7 +113,7 @@ def _xml_sections(content: bytes) -> tuple[CodeSection, ...]:
         parser.Parse(content, True)
     except (expat.ExpatError, LookupError, UnicodeDecodeError) as failure:
         raise SectionError(f"no well-formed XML: {failure}") from None
-    return tuple(found)
+    return tuple(sections)
 
 
 def edited(content: bytes, texts: Sequence[str], *, is_xml: bool) -> bytes:

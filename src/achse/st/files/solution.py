@@ -51,7 +51,7 @@ class TaskOptions(NamedTuple):
 
 def task_options(files: Iterable[tuple[bytes, str]]) -> Mapping[str, TaskOptions]:
     """The options by the name of the task in lower case; the first file counts."""
-    found: dict[str, TaskOptions] = {}
+    by_task: dict[str, TaskOptions] = {}
     for data, _ in files:
         for head, name in _TASK.findall(data):
             said = {key.decode().lower(): int(value) for key, value in _ATTRIBUTE.findall(head)}
@@ -61,8 +61,8 @@ def task_options(files: Iterable[tuple[bytes, str]]) -> Mapping[str, TaskOptions
                 port if 0 < port <= _MOST_PORT else 0,
                 _NO_EXCEPTIONS.search(head) is None,
             )
-            found.setdefault(unescape(name.decode("utf-8", "replace")).lower(), options)
-    return found
+            by_task.setdefault(unescape(name.decode("utf-8", "replace")).lower(), options)
+    return by_task
 
 
 def solution_files(path: Path) -> Iterator[tuple[bytes, str]]:
@@ -76,9 +76,9 @@ def type_files(path: Path) -> Iterator[tuple[bytes, str]]:
     for file in _solutions(path):
         for said in _TMC_FILE.findall(content_of(file, file.name)):
             name = unescape(said.decode("utf-8", "replace")).replace("\\", "/")
-            found = file.parent / name
-            if "\0" not in name and found.is_file():
-                yield content_of(found, found.name), found.name
+            type_file = file.parent / name
+            if "\0" not in name and type_file.is_file():
+                yield content_of(type_file, type_file.name), type_file.name
 
 
 def _solutions(path: Path) -> Iterator[Path]:

@@ -37,12 +37,12 @@ def called_tasks(declared: Iterable[FileTask], programs: Sequence[str]) -> list[
     known = {name.lower() for name in programs}
     if not known:
         return [task._replace(programs=()) for task in declared] or [FileTask("PlcTask")]
-    found = []
+    calling = []
     for task in declared:
         screens = [n for n in task.programs if n.lower() not in known and _VISU.match(n)]
         if screens:
             log.info("task %s: %s is left out: there are no screens", task.name, ", ".join(screens))
         rest = tuple(name for name in task.programs if name not in screens)
         if rest or not screens:
-            found.append(task._replace(programs=rest))
-    return found or [FileTask("PlcTask", programs=tuple(programs))]
+            calling.append(task._replace(programs=rest))
+    return calling or [FileTask("PlcTask", programs=tuple(programs))]

@@ -34,32 +34,32 @@ def data_of(element: Element, tag: str) -> Iterator[Element]:
 
 def plain_text(element: Element) -> Element | None:
     """The element with the whole declaration as text, as some vendors add it."""
-    for found in (element.find("InterfaceAsPlainText"), *data_of(element, "InterfaceAsPlainText")):
-        if found is not None:
-            return found.find("xhtml") or found
+    for text in (element.find("InterfaceAsPlainText"), *data_of(element, "InterfaceAsPlainText")):
+        if text is not None:
+            return text.find("xhtml") or text
     return None
 
 
 def type_text(element: Element | None) -> str:
     """Return the type in a `type` or `baseType` element as Structured Text."""
-    for found in element.children if element is not None else ():
-        match found.tag:
+    for child in element.children if element is not None else ():
+        match child.tag:
             case "derived":
-                return found.attributes.get("name", "")
+                return child.attributes.get("name", "")
             case "string" | "wstring":
-                length = found.attributes.get("length")
-                return found.tag.upper() + (f"({length})" if length else "")
+                length = child.attributes.get("length")
+                return child.tag.upper() + (f"({length})" if length else "")
             case "array":
-                bounds = ", ".join(_bounds(one) for one in found.all("dimension"))
-                return f"ARRAY[{bounds}] OF {type_text(found.find('baseType'))}"
+                bounds = ", ".join(_bounds(one) for one in child.all("dimension"))
+                return f"ARRAY[{bounds}] OF {type_text(child.find('baseType'))}"
             case "pointer":
-                return f"POINTER TO {type_text(found.find('baseType'))}"
+                return f"POINTER TO {type_text(child.find('baseType'))}"
             case "reference":
-                return f"REFERENCE TO {type_text(found.find('baseType'))}"
+                return f"REFERENCE TO {type_text(child.find('baseType'))}"
             case "subrangeSigned" | "subrangeUnsigned":
-                return f"{type_text(found.find('baseType'))} ({_bounds(found.find('range'))})"
+                return f"{type_text(child.find('baseType'))} ({_bounds(child.find('range'))})"
             case "enum":
-                return f"({', '.join(_values(found))})"
+                return f"({', '.join(_values(child))})"
             case "addData":
                 continue
             case tag:
@@ -67,36 +67,36 @@ def type_text(element: Element | None) -> str:
     return ""
 
 
-def _bounds(found: Element | None) -> str:
-    facts = {} if found is None else found.attributes
-    return f"{facts.get('lower', '')}..{facts.get('upper', '')}"
+def _bounds(dimension: Element | None) -> str:
+    attributes = {} if dimension is None else dimension.attributes
+    return f"{attributes.get('lower', '')}..{attributes.get('upper', '')}"
 
 
-def _values(found: Element) -> Iterator[str]:
-    for one in (value for values in found.all("values") for value in values.all("value")):
+def _values(element: Element) -> Iterator[str]:
+    for one in (value for values in element.all("values") for value in values.all("value")):
         number = one.attributes.get("value")
         yield one.attributes.get("name", "") + (f" := {number}" if number else "")
 
 
 def value_text(element: Element) -> str:
     """Return the value in an `initialValue` or `value` element as Structured Text."""
-    for found in element.children:
-        if found.tag == "simpleValue":
-            return found.attributes.get("value", "")
-        if found.tag == "arrayValue":
-            return f"[{', '.join(map(_repeated, found.all('value')))}]"
-        if found.tag == "structValue":
+    for child in element.children:
+        if child.tag == "simpleValue":
+            return child.attributes.get("value", "")
+        if child.tag == "arrayValue":
+            return f"[{', '.join(map(_repeated, child.all('value')))}]"
+        if child.tag == "structValue":
             items = (
                 f"{one.attributes.get('member', '')} := {value_text(one)}"
-                for one in found.all("value")
+                for one in child.all("value")
             )
             return f"({', '.join(items)})"
     return ""
 
 
-def _repeated(found: Element) -> str:
-    count = found.attributes.get("repetitionValue", "1")
-    return value_text(found) if count in ("", "1") else f"{count}({value_text(found)})"
+def _repeated(value: Element) -> str:
+    count = value.attributes.get("repetitionValue", "1")
+    return value_text(value) if count in ("", "1") else f"{count}({value_text(value)})"
 
 
 class DeclarationText:
@@ -117,9 +117,9 @@ class DeclarationText:
     @property
     def element(self) -> Element:
         """The text as an element."""
-        found = Element("Declaration", {}, self._at)
-        found.text = "".join(self._pieces)
-        return found
+        element = Element("Declaration", {}, self._at)
+        element.text = "".join(self._pieces)
+        return element
 
     # declarations ------------------------------------------------------------------------------
 
@@ -148,9 +148,9 @@ class DeclarationText:
 
     def returns(self, interface: Element | None) -> None:
         """The type of a result."""
-        found = None if interface is None else interface.find("returnType")
-        if found is not None:
-            self.put(f": {type_text(found)}", found.location)
+        type = None if interface is None else interface.find("returnType")
+        if type is not None:
+            self.put(f": {type_text(type)}", type.location)
 
     def variables(self, interface: Element | None) -> None:
         """The blocks of variables."""
@@ -199,23 +199,23 @@ class DeclarationText:
         self.put("END_TYPE")
 
     def _bases(self, element: Element | None) -> None:
-        for found in data_of(element, "Inheritance") if element is not None else ():
+        for inheritance in data_of(element, "Inheritance") if element is not None else ():
             for tag in ("Extends", "Implements"):
-                names = [one.text.strip() for one in found.all(tag)]
+                names = [one.text.strip() for one in inheritance.all(tag)]
                 if names:
                     self.put(f"{tag.upper()} {', '.join(names)}")
 
     def _attributes(self, owners: Iterable[Element | None], at: Location | None = None) -> None:
         for owner in owners:
-            for found in data_of(owner, "Attributes") if owner is not None else ():
-                for one in found.all("Attribute"):
+            for attributes in data_of(owner, "Attributes") if owner is not None else ():
+                for one in attributes.all("Attribute"):
                     value = one.attributes.get("Value", "").replace("'", "$'")
                     assigned = f" := '{value}'" if value else ""
                     self.put(f"{{attribute '{one.attributes.get('Name', '')}'{assigned}}}", at)
 
 
 def _modifiers(interface: Element | None) -> Iterator[str]:
-    for found in data_of(interface, "AccessModifiers") if interface is not None else ():
+    for modifiers in data_of(interface, "AccessModifiers") if interface is not None else ():
         for word in _MODIFIERS:
-            if found.attributes.get(word) == "true":
+            if modifiers.attributes.get(word) == "true":
                 yield word.upper()

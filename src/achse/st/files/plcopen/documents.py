@@ -48,7 +48,7 @@ def parse_plcopen(data: bytes, path: str, name: str, defines: Defines = ()) -> P
 def tasks_of_plcopen(data: bytes, path: str) -> list[TaskDeclaration]:
     """Return the tasks of a document. Raises `SourceError`."""
     root = parse_xml(data, path, skip=_DIAGRAMS)
-    found = []
+    tasks = []
     for task in root.walk():
         if task.tag != "task":
             continue
@@ -57,7 +57,7 @@ def tasks_of_plcopen(data: bytes, path: str) -> list[TaskDeclaration]:
             for item in task.all("pouInstance")
         )
         priority = task.attributes.get("priority", "")
-        found.append(
+        tasks.append(
             TaskDeclaration(
                 task.attributes.get("name", "PlcTask"),
                 _nanoseconds(task.attributes.get("interval", "")) or _CYCLE_NS,
@@ -65,7 +65,7 @@ def tasks_of_plcopen(data: bytes, path: str) -> list[TaskDeclaration]:
                 tuple(programs),
             )
         )
-    return found
+    return tasks
 
 
 def _nanoseconds(text: str) -> int:
@@ -75,10 +75,10 @@ def _nanoseconds(text: str) -> int:
         hours, minutes, seconds = (float(one or 0) for one in duration.groups())
         return round((hours * 3600 + minutes * 60 + seconds) * 1_000_000_000)
     try:
-        found = literal_value(text).value if text else 0
+        milliseconds = literal_value(text).value if text else 0
     except ValueError:
         return 0
-    return int(found) * 1_000_000 if isinstance(found, int) and "#" in text else 0
+    return int(milliseconds) * 1_000_000 if isinstance(milliseconds, int) and "#" in text else 0
 
 
 # units -------------------------------------------------------------------------------------------
@@ -97,11 +97,11 @@ def _units(root: Element, name: str) -> Iterator[Element]:
             case "globalVars":
                 title = element.attributes.get("name") or name
                 lists[title] = lists.get(title, 0) + 1
-                found = _named("GVL", element, _list(element))
-                found.attributes["Name"] = re.sub(r"\W", "_", title)
+                list = _named("GVL", element, _list(element))
+                list.attributes["Name"] = re.sub(r"\W", "_", title)
                 if lists[title] > 1:
-                    found.attributes["Name"] += f"_{lists[title]}"
-                yield found
+                    list.attributes["Name"] += f"_{lists[title]}"
+                yield list
             case "Interface" if element.attributes.get("name"):
                 yield _interface(element)
             case _:
@@ -109,10 +109,10 @@ def _units(root: Element, name: str) -> Iterator[Element]:
 
 
 def _named(tag: str, element: Element, declaration: Element | None) -> Element:
-    found = Element(tag, {"Name": element.attributes.get("name", "")}, element.location)
+    envelope = Element(tag, {"Name": element.attributes.get("name", "")}, element.location)
     if declaration is not None:
-        found.children.append(declaration)
-    return found
+        envelope.children.append(declaration)
+    return envelope
 
 
 def _as_text(element: Element) -> Element | None:
@@ -124,27 +124,27 @@ def _as_text(element: Element) -> Element | None:
 
 
 def _copied(tag: str, text: Element) -> Element:
-    found = Element(tag, {}, text.location)
-    found.text, found.begin, found.begin_at = text.text, text.begin, text.begin_at
-    return found
+    copy = Element(tag, {}, text.location)
+    copy.text, copy.begin, copy.begin_at = text.text, text.begin, text.begin_at
+    return copy
 
 
 def _data_type(element: Element) -> Element:
-    found = _as_text(element)
-    if found is None:
+    declaration = _as_text(element)
+    if declaration is None:
         text = DeclarationText(element.location)
         text.data_type(element)
-        found = text.element
-    return found
+        declaration = text.element
+    return declaration
 
 
 def _list(element: Element) -> Element:
-    found = _as_text(element)
-    if found is None:
+    declaration = _as_text(element)
+    if declaration is None:
         text = DeclarationText(element.location)
         text.block(element)
-        found = text.element
-    return found
+        declaration = text.element
+    return declaration
 
 
 def _unit(element: Element) -> Element:
@@ -154,20 +154,20 @@ def _unit(element: Element) -> Element:
         text = DeclarationText(element.location)
         text.unit(element, interface)
         declaration = text.element
-    found = _named("POU", element, declaration)
-    found.children += _implementation(element)
+    unit = _named("POU", element, declaration)
+    unit.children += _implementation(element)
     for group, inner, tag in (
         ("actions", "action", "Action"),
         ("transitions", "transition", "Transition"),
     ):
         for part in (one for outer in element.all(group) for one in outer.all(inner)):
-            made = _named(tag, part, None)
-            made.children += _implementation(part)
-            found.children.append(made)
-    found.children += _parts(element)
-    for owner in (found, *found.all("Action")):
-        found.children += _parts_of_chart(owner)
-    return found
+            child = _named(tag, part, None)
+            child.children += _implementation(part)
+            unit.children.append(child)
+    unit.children += _parts(element)
+    for owner in (unit, *unit.all("Action")):
+        unit.children += _parts_of_chart(owner)
+    return unit
 
 
 def _parts(element: Element) -> Iterator[Element]:
@@ -185,9 +185,9 @@ def _method(part: Element) -> Element:
         text = DeclarationText(part.location)
         text.method(part, part.find("interface"))
         declaration = text.element
-    made = _named("Method", part, declaration)
-    made.children += _implementation(part)
-    return made
+    method = _named("Method", part, declaration)
+    method.children += _implementation(part)
+    return method
 
 
 def _property(part: Element) -> Element:
@@ -196,7 +196,7 @@ def _property(part: Element) -> Element:
         text = DeclarationText(part.location)
         text.property(part, part.find("interface"))
         declaration = text.element
-    made = _named("Property", part, declaration)
+    property = _named("Property", part, declaration)
     for tag, accessor in (("Get", part.find("GetAccessor")), ("Set", part.find("SetAccessor"))):
         if accessor is not None:
             own = _as_text(accessor)
@@ -206,8 +206,8 @@ def _property(part: Element) -> Element:
                 own = text.element
             inner = _named(tag, accessor, own)
             inner.children += _implementation(accessor)
-            made.children.append(inner)
-    return made
+            property.children.append(inner)
+    return property
 
 
 def _interface(element: Element) -> Element:
@@ -216,9 +216,9 @@ def _interface(element: Element) -> Element:
         text = DeclarationText(element.location)
         text.put(f"INTERFACE {element.attributes['name']}")
         declaration = text.element
-    found = _named("Itf", element, declaration)
-    found.children += _parts(element)
-    return found
+    interface = _named("Itf", element, declaration)
+    interface.children += _parts(element)
+    return interface
 
 
 # bodies ------------------------------------------------------------------------------------------
@@ -228,16 +228,18 @@ def _implementation(element: Element) -> Iterator[Element]:
     body = element.find("body")
     if body is None:
         return
-    made = Element("Implementation", {}, body.location)
+    implementation = Element("Implementation", {}, body.location)
     diagrams = [one for one in body.walk() if one.tag in _DIAGRAMS]
     if diagrams:
         first = diagrams[0]
         drawn = Element(f"PLCOPEN_{first.tag}", {}, first.location)
         drawn.raw = b"<nested" if first.children else first.raw  # one of its kind is inside
-        made.children.append(drawn)
+        implementation.children.append(drawn)
     else:
-        made.children += [_text(found) for found in body.children if found.tag in ("ST", "IL")][:1]
-    yield made
+        implementation.children += [
+            _text(child) for child in body.children if child.tag in ("ST", "IL")
+        ][:1]
+    yield implementation
 
 
 def _text(element: Element) -> Element:
@@ -245,9 +247,9 @@ def _text(element: Element) -> Element:
     inner = next((one for one in element.children if one.text.strip()), element)
     if element.tag == "ST":
         return _copied("ST", inner)
-    found = Element("EXP_IL", {}, inner.begin_at)
-    found.raw = inner.text[inner.begin :].encode()
-    return found
+    text = Element("EXP_IL", {}, inner.begin_at)
+    text.raw = inner.text[inner.begin :].encode()
+    return text
 
 
 def _parts_of_chart(owner: Element) -> Iterator[Element]:
@@ -269,8 +271,8 @@ def _parts_of_chart(owner: Element) -> Iterator[Element]:
 
 
 def _part(tag: str, name: str, body: Element) -> Element:
-    found = Element(tag, {"Name": name}, body.location)
+    element = Element(tag, {"Name": name}, body.location)
     implementation = Element("Implementation", {}, body.location)
     implementation.children.append(body)
-    found.children.append(implementation)
-    return found
+    element.children.append(implementation)
+    return element

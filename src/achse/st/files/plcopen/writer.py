@@ -172,9 +172,9 @@ class _Writer:
 
     def _declaration(self, unit: Unit | Method | Property) -> str:
         """The declaration of a unit or part as text."""
-        found = self._piece(unit.at)
-        if _KEYWORD.search(found):
-            return found
+        text = self._piece(unit.at)
+        if _KEYWORD.search(text):
+            return text
         match unit:
             case Method() | Function():
                 bare: Unit | Method | Property = changed(unit, body=())
@@ -259,10 +259,10 @@ class _Writer:
         inside = self._interface_of((), part.type)
         for tag, accessor in (("GetAccessor", part.get), ("SetAccessor", part.set)):
             if accessor is not None:
-                found = self._interface_of(accessor.blocks, None)
+                inner = self._interface_of(accessor.blocks, None)
                 name = f"{owner}.{part.name}"
-                found += self._body(accessor.body, name) if has_body else ""
-                inside += _element(tag, found + _plain(self._head(accessor)))
+                inner += self._body(accessor.body, name) if has_body else ""
+                inside += _element(tag, inner + _plain(self._head(accessor)))
         return _element("Property", inside + _plain(self._declaration(part)), name=part.name)
 
     def _head(self, accessor: Accessor) -> str:
@@ -298,15 +298,15 @@ class _Writer:
         return _element("interface", inside)
 
     def _variables(self, block: VarBlock) -> str:
-        found = ""
+        text = ""
         for declaration in block.variables:
             inside = _element("type", self._spec(declaration.type))
             if declaration.initial is not None:
                 inside += _initial(print_initial(declaration.initial))
             address = {} if declaration.address is None else {"address": declaration.address.text}
             for item in declaration.names:
-                found += _element("variable", inside, name=item.name, **address)
-        return found
+                text += _element("variable", inside, name=item.name, **address)
+        return text
 
     def _spec(self, spec: TypeSpec) -> str:
         match spec:
