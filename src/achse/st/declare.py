@@ -89,7 +89,7 @@ def declare(
     faults = [fault for parsed in sources for fault in parsed.faults]
     if faults:
         raise SourceError(faults)
-    found, fault = examine(
+    declarations, fault = examine(
         sources,
         libraries=libraries,
         types=types,
@@ -99,7 +99,7 @@ def declare(
     )
     if fault is not None:
         raise fault
-    return found
+    return declarations
 
 
 @collection_paused()
@@ -121,11 +121,11 @@ def examine(
     names.scopes.add(sources)
     names.scopes.add(libraries, is_library=True)
     names.scopes.add_files(library_files())
-    found = _Declarer(names).declare()
+    declarations = _Declarer(names).declare()
     faults = faults_of(sources, libraries, names.scopes.faults, named_sources(names))
     if not faults:
-        return found, None
-    return found, SourceError(faults, _hint(names.unknown_types))
+        return declarations, None
+    return declarations, SourceError(faults, _hint(names.unknown_types))
 
 
 @collection_paused()

@@ -126,12 +126,12 @@ class _Walk:
             scopes.list_properties,
         )
         for count in range(1, len(keys) + 1):
-            found = [unit for index in by_name for unit in index.get(keys[count - 1], ())]
+            units = [unit for index in by_name for unit in index.get(keys[count - 1], ())]
             entry = scopes.find(".".join(keys[:count]), space)
             if entry is not None:
-                found.append(entry)
-            if found:
-                self.mentions.units.update(found)
+                units.append(entry)
+            if units:
+                self.mentions.units.update(units)
                 return
             self.mentions.unknown.add(keys[count - 1])
 

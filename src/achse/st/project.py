@@ -184,7 +184,7 @@ class ProjectFiles:
             names.unknown_types,
             lambda word: names.scopes.find(word) is not None,
         )
-        made: dict[str, str] = {}
+        stubs: dict[str, str] = {}
         lacking: tuple[MissingLibrary, ...] = ()
         if unknown == "libraries":
             lacking = lacking_libraries(
@@ -194,7 +194,7 @@ class ProjectFiles:
             )
         has_some = bool(missing) or bool(lacking) or names.predefined.has_shells
         if unknown == "opaque" or (unknown == "libraries" and has_some):
-            made, kept = _stub_files(
+            stubs, stub_names = _stub_files(
                 declared,
                 None if unknown == "opaque" else (*missing, *lacking),
                 {
@@ -204,14 +204,16 @@ class ProjectFiles:
                     for space in spaces
                 },
             )
-            lacking = tuple(found for item in lacking if (found := item.only(kept)).uses)
-            again = [parse(Source(text, name), name=Path(name).stem) for name, text in made.items()]
-            if made:
+            lacking = tuple(used for item in lacking if (used := item.only(stub_names)).uses)
+            again = [
+                parse(Source(text, name), name=Path(name).stem) for name, text in stubs.items()
+            ]
+            if stubs:
                 found_again = self.declared(types, constants, again)
                 if error is not None or found_again[1] is None:
                     declared, error = found_again
                 else:  # only bodies miss something, and its stubs are wrong
-                    made, lacking = {}, ()
+                    stubs, lacking = {}, ()
         missing += lacking
         declared.names.blocks_do_nothing = unknown != "refuse"
         if error is not None:
@@ -229,7 +231,7 @@ class ProjectFiles:
             self.sources,
             self.rules,
             missing,
-            made,
+            stubs,
             reach,
             tuple(unreached),
         )
@@ -271,8 +273,8 @@ def _stub_files(
             spaces=spaces,
         )
     named = (use.library.lower() for use in names.meanings.types.values())
-    kept = frozenset({*names.meanings.types, *names.meanings.names, *named})
-    return stub_files(names), kept
+    stub_names = frozenset({*names.meanings.types, *names.meanings.names, *named})
+    return stub_files(names), stub_names
 
 
 @collection_paused()
@@ -292,18 +294,20 @@ def read_files(
     project = project_file(Path(path))
     references = references_in(project)
     places = [item for item in others if item not in named]
-    found = gather(references, places, defines, faults)
+    gathered = gather(references, places, defines, faults)
     files = [(content_of(item, item.name), item.name) for item in named]
     own = symbol_files(Path(path))
     beside = [(content_of(item, item.name), item.name) for item in own]
     shelved = [
-        (content_of(item, item.name), item.name) for item in found.symbol_files if item not in own
+        (content_of(item, item.name), item.name)
+        for item in gathered.symbol_files
+        if item not in own
     ]
     solutions = list(solution_files(Path(path)))
     of_solution = list(type_files(Path(path)))
     contents = chain(files, beside, of_solution, solutions, _event_files(project), shelved)
     classes = event_classes(contents)
-    classes += base_classes([*sources, *found.sources], classes)
+    classes += base_classes([*sources, *gathered.sources], classes)
     of_events = events_sources(classes)
     options = task_options(solutions)
     tasks = [
@@ -316,7 +320,7 @@ def read_files(
     if rules is None:
         rules = TC3_X86 if further.pointer_size == 4 else TC3_X64
     return ProjectFiles(
-        tuple(sources), tuple(tasks), found, tuple(of_events), further, rules, tuple(faults)
+        tuple(sources), tuple(tasks), gathered, tuple(of_events), further, rules, tuple(faults)
     )
 
 

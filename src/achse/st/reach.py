@@ -88,16 +88,16 @@ class Reach:
         If a reached unit could not be declared and no error says why, all faults are errors.
         """
         faults = list(faults)
-        found = Findings([], [])
+        findings = Findings([], [])
         if not self._is_partial:
-            found.errors.extend(faults)
+            findings.errors.extend(faults)
         else:
             for fault in faults:
-                found[not self._is_error(fault)].append(fault)
-        self.has_errors |= bool(found.errors)
-        if found.unreached and not self.has_errors and any(map(self._is_undeclared, self.units)):
+                findings[not self._is_error(fault)].append(fault)
+        self.has_errors |= bool(findings.errors)
+        if findings.unreached and not self.has_errors and any(map(self._is_undeclared, self.units)):
             return Findings(faults, [])
-        return found
+        return findings
 
     def dependent_on(self, faults: Iterable[Diagnostic]) -> frozenset[str]:
         """Return the unreached units that have one of these faults, and those that name such a
@@ -192,12 +192,12 @@ class Reach:
     @cached_property
     def _by_path(self) -> Mapping[str, Sequence[DeclaredUnit]]:
         """Units by the file they are in, in the order of their places."""
-        found: dict[str, list[DeclaredUnit]] = {}
+        by_path: dict[str, list[DeclaredUnit]] = {}
         for entry in self._scopes.entries.values():
-            found.setdefault(entry.source.path, []).append(entry)
-        for entries in found.values():
+            by_path.setdefault(entry.source.path, []).append(entry)
+        for entries in by_path.values():
             entries.sort(key=lambda entry: entry.at)
-        return found
+        return by_path
 
     @cached_property
     def _syntax_faults(self) -> frozenset[Diagnostic]:
@@ -218,11 +218,11 @@ class Reach:
     @cached_property
     def _mentioned(self) -> frozenset[str]:
         """Names that reached units mention and nothing declares, and names of reached units."""
-        found = {*self._programs, *(unit.name.lower() for unit in self.units)}
+        names = {*self._programs, *(unit.name.lower() for unit in self.units)}
         for entry in self.units:
             if entry.source in self._own_sources:
-                found |= self._mentions_of(entry).unknown
-        return frozenset(found)
+                names |= self._mentions_of(entry).unknown
+        return frozenset(names)
 
     def _names_in(self, path: str) -> set[str]:
         """Return the names that a file with a fault of the syntax would declare."""

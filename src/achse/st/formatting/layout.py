@@ -160,10 +160,10 @@ class _Indents:
 
     def all(self) -> list[str]:
         """Return the blanks of all lines. Raises `_Unbalanced`."""
-        found = [self._indent(number, line) for number, line in enumerate(self._lines)]
+        blanks = [self._indent(number, line) for number, line in enumerate(self._lines)]
         if self._depth or any(one.word not in _MAY_BE_OPEN for one in self._levels[1:]):
             raise _Unbalanced
-        return found
+        return blanks
 
     def _indent(self, number: int, line: _Line) -> str:
         if not line.words:
@@ -340,26 +340,26 @@ def _spelled(line: _Line, options: FormatOptions) -> str:
     """Return the words of a line as the options ask for."""
     if options.keywords == "keep" and not options.operators:
         return "".join(word for _, word in line.words)
-    made: list[str] = []
+    words: list[str] = []
     last = ""
     for kind, word in line.words:
         if options.keywords != "keep" and kind in KEYWORDS and word.upper() == kind:
             word = kind if options.keywords == "upper" else kind.lower()
         if options.operators and kind in _SPACED and _is_binary(kind, last):
-            if made and not made[-1][-1:].isspace():
-                made.append(" ")
-            made += [word, " "]
+            if words and not words[-1][-1:].isspace():
+                words.append(" ")
+            words += [word, " "]
             last = kind
             continue
-        if kind == BLANK and made and made[-1] == " " and last in _SPACED:
-            made[-1] = word  # more blanks align it
+        if kind == BLANK and words and words[-1] == " " and last in _SPACED:
+            words[-1] = word  # more blanks align it
             continue
-        made.append(word)
+        words.append(word)
         if kind not in (BLANK, COMMENT):
             last = kind
-    if made and made[-1] == " " and last in _SPACED:
-        made.pop()  # no blank behind an operator that ends a line
-    return "".join(made)
+    if words and words[-1] == " " and last in _SPACED:
+        words.pop()  # no blank behind an operator that ends a line
+    return "".join(words)
 
 
 def _is_binary(sign: str, before: str) -> bool:

@@ -15,9 +15,9 @@ def code_parts(text: str, *, is_xml: bool) -> Iterator[tuple[int, int]]:
     if not is_xml:
         yield 0, len(text)
         return
-    for found in _PART.finditer(text):
-        if "<![CDATA[" not in found[2]:  # one that was split, since it has ]]>
-            yield found.span(2)
+    for match in _PART.finditer(text):
+        if "<![CDATA[" not in match[2]:  # one that was split, since it has ]]>
+            yield match.span(2)
 
 
 def formatted_source(
@@ -29,8 +29,8 @@ def formatted_source(
     """
     parts = list(code_parts(text, is_xml=is_xml))
     if options.indent is None:
-        found = indent_of([text[start:stop] for start, stop in parts])
-        options = replace(options, indent=fallback if found is None else found)
+        indent = indent_of([text[start:stop] for start, stop in parts])
+        options = replace(options, indent=fallback if indent is None else indent)
     pieces, end = [], 0
     for start, stop in parts:
         pieces += [text[end:start], formatted(text[start:stop], options)]
@@ -45,5 +45,5 @@ def formatted_bytes(data: bytes, options: FormatOptions, *, is_xml: bool) -> byt
     except UnicodeDecodeError:
         return data
     mark = "\ufeff" if text.startswith("\ufeff") else ""
-    made = formatted_source(text.removeprefix(mark), options, is_xml=is_xml)
-    return f"{mark}{made}".encode()
+    result = formatted_source(text.removeprefix(mark), options, is_xml=is_xml)
+    return f"{mark}{result}".encode()

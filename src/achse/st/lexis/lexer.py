@@ -236,14 +236,14 @@ def raw_words(text: str) -> list[tuple[str, str]] | None:
     words = pattern.findall(text)
     if _OPEN in map(_KINDS.__getitem__, words):
         words = pattern.findall(_flattened(text, 0, len(text)))
-    found, at = [], 0
+    pairs, at = [], 0
     for word in words:
         kind = _KINDS[word]
         if kind in (_FAULTY, _OPEN):
             return None
-        found.append((BLANK if word.isspace() else kind, text[at : at + len(word)]))
+        pairs.append((BLANK if word.isspace() else kind, text[at : at + len(word)]))
         at += len(word)
-    return found
+    return pairs
 
 
 def _set_aside(
@@ -257,7 +257,7 @@ def _set_aside(
 ) -> None:
     """Take comments, pragmas and what they exclude out of `kinds`, into `tokens`."""
     count = len(kinds)
-    kept: list[tuple[int, str]] = []
+    aside: list[tuple[int, str]] = []
     excluded = 0
     bounds = _object_bounds(words, kinds, asides)
     blanks = (0, 0)
@@ -284,7 +284,7 @@ def _set_aside(
             elif conditions.counts and not counted:
                 kinds[excluded:index] = [_BLANK] * (index - excluded)
         if conditions.counts:
-            kept.append((index, text[at : at + len(words[index])]))
+            aside.append((index, text[at : at + len(words[index])]))
         if kind is _PRAGMA and conditions.counts:
             blanks = _drop_end(index, kinds, words, blanks)
     if not conditions.counts:
@@ -292,7 +292,7 @@ def _set_aside(
     if conditions.is_open:
         tokens.faults.append((starts[-1], "expected {END_IF}", Code.BAD_CONDITION))
     following, before, same = 0, -1, -1
-    for index, word in kept:
+    for index, word in aside:
         before, same = index, _token_before(index, kinds, words, before, same)
         if word[0] != "{" and same >= 0:
             tokens.after.setdefault(starts[same], word)
@@ -352,13 +352,13 @@ def _token_before(index: int, kinds: list[str], words: list[str], known: int, sa
 def _flattened(text: str, start: int, end: int) -> str:
     """The text with the signs of comments inside comments blanked out, at the same offsets."""
     parts: list[str] = []
-    kept = position = start
+    copied_to = position = start
     opening = ""
     depth = 0
     outside = _OUTSIDE[_is_left_open(text, start, end)]
-    while found := (_DELIMITER if depth else outside).search(text, position, end):
-        sign = found[0]
-        position = found.end()
+    while delimiter := (_DELIMITER if depth else outside).search(text, position, end):
+        sign = delimiter[0]
+        position = delimiter.end()
         if depth == 0:
             if sign in _CLOSING:
                 opening, depth = sign, 1
@@ -369,6 +369,6 @@ def _flattened(text: str, start: int, end: int) -> str:
             depth -= 1
             if depth == 0:
                 continue
-        parts += [text[kept : found.start()], "  "]
-        kept = position
-    return text[:start] + "".join(parts) + text[kept:]
+        parts += [text[copied_to : delimiter.start()], "  "]
+        copied_to = position
+    return text[:start] + "".join(parts) + text[copied_to:]

@@ -35,10 +35,10 @@ _DEEPEST = 16
 
 def attribute_of(pragma: str) -> tuple[str, str] | None:
     """Name and value of an attribute pragma; None if it is another one."""
-    found = _ATTRIBUTE.fullmatch(pragma)
-    if found is None:
+    match = _ATTRIBUTE.fullmatch(pragma)
+    if match is None:
         return None
-    name, value = found[1] or found[2] or "", found[3] or found[4] or ""
+    name, value = match[1] or match[2] or "", match[3] or match[4] or ""
     return name.strip(), _ESCAPED.sub(r"\1", value)
 
 
@@ -103,21 +103,21 @@ class Conditions:
 
     def take(self, pragma: str) -> str:
         """Follow a pragma. Returns what is wrong with it, or nothing."""
-        found = _DIRECTIVE.fullmatch(pragma)
-        if found is None:
+        match = _DIRECTIVE.fullmatch(pragma)
+        if match is None:
             return ""
-        word = found[1].upper()
+        word = match[1].upper()
         if word == "IF":
             self._open.append((False, self.counts))
-            return self._branch(found[2])
+            return self._branch(match[2])
         if word in ("DEFINE", "UNDEFINE"):
-            return self._define(word, found[2]) if self.counts else ""
+            return self._define(word, match[2]) if self.counts else ""
         if not self._open:
             return f"{{{word}}} without {{IF}}"
         if word == "END_IF":
             self.counts = self._open.pop()[1]
             return ""
-        return self._branch(found[2] if word == "ELSIF" else None)
+        return self._branch(match[2] if word == "ELSIF" else None)
 
     def _branch(self, condition: str | None) -> str:
         taken, outer = self._open[-1]
@@ -133,13 +133,13 @@ class Conditions:
         return problem
 
     def _define(self, word: str, rest: str) -> str:
-        found = _DEFINE.fullmatch(rest)
-        if found is None:
+        match = _DEFINE.fullmatch(rest)
+        if match is None:
             return f"expected a name after {word.lower()}"
         if word == "DEFINE":
-            self._defines[found[1].lower()] = found[2] or ""
+            self._defines[match[1].lower()] = match[2] or ""
         else:
-            self._defines.pop(found[1].lower(), None)
+            self._defines.pop(match[1].lower(), None)
         return ""
 
 
@@ -205,21 +205,21 @@ def _declared(test: str, inside: Words, project: ProjectDefines) -> bool:
         return project.type_name(name).replace(" ", "").lower() == value.lower()
     if test == "hasattribute":
         attribute, _, wanted = value.partition(",")
-        found = project.attribute(kind, name, attribute.strip("' "))
-        return found is not None and (not wanted or found == wanted.strip("' "))
+        attribute_value = project.attribute(kind, name, attribute.strip("' "))
+        return attribute_value is not None and (not wanted or attribute_value == wanted.strip("' "))
     if test == "hasconstantvalue":
         constant, _, sign = value.partition(",")
         return _compared(project.constant(name), constant.strip("' "), sign.strip("' ") or "=")
     return False
 
 
-def _compared(found: str | None, wanted: str, sign: str) -> bool:
-    if found is None:
+def _compared(value: str | None, wanted: str, sign: str) -> bool:
+    if value is None:
         return False
     try:
-        left, right = float(found), float(wanted)
+        left, right = float(value), float(wanted)
     except ValueError:
-        return sign in ("=", "==") and found.strip("'").lower() == wanted.lower()
+        return sign in ("=", "==") and value.strip("'").lower() == wanted.lower()
     return {
         "=": left == right,
         "==": left == right,

@@ -230,17 +230,17 @@ class Source:
         """The drawing that an offset is in."""
         if offset <= len(self.text) or not self.drawings:
             return None
-        found = None
+        last = None
         for drawing in self.drawings:
             if drawing.start > offset:
                 break
-            found = drawing
-        return found
+            last = drawing
+        return last
 
     @cached_property
     def _breaks(self) -> list[int]:
         """Positions of line ends: a routine looks up the place of each of its statements."""
-        return [found.start() for found in _BREAK.finditer(self.text)]
+        return [line_end.start() for line_end in _BREAK.finditer(self.text)]
 
     @cached_property
     def digest(self) -> bytes:
@@ -252,10 +252,10 @@ class Source:
     def content_digest(self) -> bytes:
         """A hash of text, places in the file and drawings, 20 bytes."""
         content = f"{self.pieces}\0{self.text}".encode("utf-8", "surrogatepass")
-        found = hashlib.blake2b(content, digest_size=20)
+        digest = hashlib.blake2b(content, digest_size=20)
         for drawing in self.drawings:
-            found.update(drawing.digest)
-        return found.digest()
+            digest.update(drawing.digest)
+        return digest.digest()
 
     def line_at(self, offset: int) -> str:
         """The whole line an offset is in, as far as its piece goes."""
@@ -289,5 +289,5 @@ class Source:
         offset = max(0, min(offset, len(self.text)))
         index = bisect_right(self._starts, offset)
         last = self._starts[index] if index < len(self._starts) else len(self.text)
-        found = _WORD.match(self.text, offset, last)
-        return offset if found is None else found.end()
+        word = _WORD.match(self.text, offset, last)
+        return offset if word is None else word.end()

@@ -61,15 +61,15 @@ class Element:
 
     def child(self, tag: str) -> "Element":
         """The first child of that tag. Raises `SourceError` if there is none."""
-        found = self.find(tag)
-        if found is None:
+        child = self.find(tag)
+        if child is None:
             self.fault(f"expected <{tag}> in <{self.tag}>", Code.BAD_ELEMENT)
-        return found
+        return child
 
     def text_of(self, tag: str, default: str = "") -> str:
         """The text of the first child of that tag."""
-        found = self.find(tag)
-        return default if found is None else found.text
+        child = self.find(tag)
+        return default if child is None else child.text
 
     @property
     def number(self) -> int:
@@ -83,8 +83,8 @@ class Element:
 
     def number_of(self, tag: str, default: int | None = None) -> int:
         """The number in the first child of that tag; without default there has to be one."""
-        found = self.find(tag) if default is not None else self.child(tag)
-        return default if found is None and default is not None else self.child(tag).number
+        child = self.find(tag) if default is not None else self.child(tag)
+        return default if child is None and default is not None else self.child(tag).number
 
     def fault(self, message: str, code: Code = Code.BAD_ELEMENT) -> NoReturn:
         """Raise the error that names this place."""

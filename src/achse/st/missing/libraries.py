@@ -85,11 +85,11 @@ class MissingLibrary:
 
     def only(self, names: Container[str]) -> "MissingLibrary":
         """Return it with the uses of these names, in lower case, alone."""
-        found = {
+        uses = {
             file: tuple(name for name in used if name.lower() in names)
             for file, used in self.uses.items()
         }
-        return replace(self, uses={file: used for file, used in found.items() if used})
+        return replace(self, uses={file: used for file, used in uses.items() if used})
 
     def __str__(self) -> str:
         """Return a message: the missing library, the files that need it, and the file to add."""
@@ -181,17 +181,17 @@ def missing_libraries(
         text = _code(parsed.source.text)
         words: dict[str, None] = dict.fromkeys(_WORD.findall(text))
         for title, pattern in patterns:
-            found = {word: None for word in words if pattern.fullmatch(word)}
-            found = {word: None for word in found if not is_declared(word)}
+            matches = {word: None for word in words if pattern.fullmatch(word)}
+            matches = {word: None for word in matches if not is_declared(word)}
             if len(strangers) == 1 and strangers[0].title == title:
                 others = [p for t, p in patterns if t != title]
-                found |= {
+                matches |= {
                     word: None
                     for word in words
                     if word.lower() in doubtful and not any(p.fullmatch(word) for p in others)
                 }
-            if found:
-                uses[title][parsed.source.path] = found
+            if matches:
+                uses[title][parsed.source.path] = matches
     return tuple(
         MissingLibrary(
             item,
@@ -209,8 +209,8 @@ def lacking_libraries(
 ) -> tuple[MissingLibrary, ...]:
     """Return the libraries that come with achse and lack names that are used, by the form of the
     names: some of these may be variables."""
-    found = missing_libraries((*references, _OF_DEVICES), {}, sources, (), is_declared)
-    return tuple(replace(item, is_here=True) for item in found if item.uses)
+    libraries = missing_libraries((*references, _OF_DEVICES), {}, sources, (), is_declared)
+    return tuple(replace(item, is_here=True) for item in libraries if item.uses)
 
 
 def is_known(reference: LibraryReference) -> bool:

@@ -109,26 +109,26 @@ class Meanings:
 
     def _is_without_source(self, spec: NamedType) -> bool:
         predefined = self._names.predefined
-        found = predefined.find(spec.name, spec.at)
+        type = predefined.find(spec.name, spec.at)
         name = spec.name.rpartition(".")[2]
         if spec.name in predefined or name in predefined:
             return False
-        if isinstance(found, StructType) and (
-            found.kind is RecordKind.FUNCTION_BLOCK or self._is_other(found)
+        if isinstance(type, StructType) and (
+            type.kind is RecordKind.FUNCTION_BLOCK or self._is_other(type)
         ):
-            self._blocks[name.lower()] = found
+            self._blocks[name.lower()] = type
             return True
-        if isinstance(found, OpaqueType | InterfaceType):
-            self._opaque[name.lower()] = found
+        if isinstance(type, OpaqueType | InterfaceType):
+            self._opaque[name.lower()] = type
             return True
-        return found is None
+        return type is None
 
     def _is_other(self, type: IecType[Any]) -> bool:
         """Return True if a structure of a symbol file holds a type of a library of ours that has
         another size there: the file is of another version of the library."""
-        found = self._others.get(id(type))
-        if found is not None:
-            return found
+        known = self._others.get(id(type))
+        if known is not None:
+            return known
         self._others[id(type)] = False
         inner = type
         while isinstance(inner, ArrayType | AliasType):
@@ -184,14 +184,14 @@ class Meanings:
             case Index(of, indices):
                 return self._index(self.of(of, scope), indices)
             case Dereference(of):
-                found = self.of(of, scope)
+                sense = self.of(of, scope)
                 if isinstance(of, This | Super):
-                    return found
-                if isinstance(found, MissingUse):
-                    found.target = found.target or MissingUse(found.name)
-                    return found.target
-                if isinstance(found, tuple) and isinstance(found[0], PointerTo):
-                    return found[0].target, found[1]
+                    return sense
+                if isinstance(sense, MissingUse):
+                    sense.target = sense.target or MissingUse(sense.name)
+                    return sense.target
+                if isinstance(sense, tuple) and isinstance(sense[0], PointerTo):
+                    return sense[0].target, sense[1]
                 return None
             case Call(of):
                 return self._result(self.of(of, scope))
@@ -220,15 +220,15 @@ class Meanings:
         is_inherited, inherited = self._inherited(name, scope, is_space)
         if is_inherited:
             return inherited
-        is_known, found = self._anywhere(name, scope)
-        return found if is_known else self.names.setdefault(key, MissingUse(name))
+        is_known, sense = self._anywhere(name, scope)
+        return sense if is_known else self.names.setdefault(key, MissingUse(name))
 
     def _anywhere(self, name: str, scope: Scope) -> tuple[bool, Sense]:
         """Return True if a name without a unit in front is known, and its meaning then."""
         key = name.lower()
-        found = self._scopes.find(name, scope.space)
-        if found is not None:
-            return True, found
+        unit = self._scopes.find(name, scope.space)
+        if unit is not None:
+            return True, unit
         if declared := self._scopes.globals.get(key):
             scope_of_list = self._scopes.scope(declared[0])
             return True, (scope_of_list.variables[key][1].type, scope_of_list)
@@ -304,13 +304,16 @@ class Meanings:
                 whole.values.setdefault(name.lower(), name)
                 return None
             if isinstance(of, Name) and self.names.get(of.name.lower()) is whole:
-                is_known, found = self._anywhere(name, scope)
+                is_known, sense = self._anywhere(name, scope)
                 if is_known:
                     whole.is_space = True
-                    return found
+                    return sense
                 self.lists[of.name.lower()] = whole
-                given = self._names.predefined.find(of.name, 0)
-                if is_variable_list(given) and (listed := part_of(given, name)) is not None:
+                predefined = self._names.predefined.find(of.name, 0)
+                if (
+                    is_variable_list(predefined)
+                    and (listed := part_of(predefined, name)) is not None
+                ):
                     whole.is_space = True
                     return whole.members.setdefault(name.lower(), listed)
                 whole.member(name).space = whole
@@ -362,10 +365,10 @@ class Meanings:
     def _missing_member(self, spec: NamedType, name: str) -> MissingUse:
         """A part of a missing type; one that a symbol file has is known by its type alone."""
         use = self.use(spec)
-        found = None if use.block is None else part_of(use.block, name)
-        if found is not None:
-            found.owner = use
-            return found
+        part = None if use.block is None else part_of(use.block, name)
+        if part is not None:
+            part.owner = use
+            return part
         member = use.member(name)
         self._sign(member, use.signature)
         return member
@@ -387,10 +390,10 @@ class Meanings:
 
     def _part(self, name: str, text: str) -> MissingUse:
         """A value whose type a symbol file has, as text."""
-        found = None
+        type = None
         if _IDENTIFIER.fullmatch(text):
-            found = self._names.predefined.find(text, 0)
-        inner = None if found is None else resolved(found)
+            type = self._names.predefined.find(text, 0)
+        inner = None if type is None else resolved(type)
         return MissingUse(
             name,
             text,
@@ -458,9 +461,9 @@ class Meanings:
         """Return the missing enumeration that a value with its name in front is of."""
         if not isinstance(tree, Member) or not isinstance(tree.of, Name):
             return None
-        found = self.of(tree, scope)
-        if isinstance(found, MissingUse):
-            return found.space
+        sense = self.of(tree, scope)
+        if isinstance(sense, MissingUse):
+            return sense.space
         return self.types.get(tree.of.name.lower())
 
     def element(self, whole: tuple[TypeSpec, Scope]) -> tuple[TypeSpec, Scope] | None:
@@ -507,9 +510,9 @@ class Meanings:
             return part.returns, scope
         return None
 
-    def is_result(self, found: Sense) -> bool:
+    def is_result(self, sense: Sense) -> bool:
         """Return True if a meaning is the type that a declared method returns."""
-        return isinstance(found, tuple) and id(found[0]) in self._results
+        return isinstance(sense, tuple) and id(sense[0]) in self._results
 
     # texts of types ----------------------------------------------------------------------------
 
@@ -542,8 +545,8 @@ class Meanings:
             if tree.operator in _COMPARING:
                 return "BOOL"
             for _ in range(_LONG_SUM):
-                if told := self.text(tree.right, scope):
-                    return told
+                if text := self.text(tree.right, scope):
+                    return text
                 if not isinstance(tree.left, Binary):
                     break
                 tree = tree.left
@@ -552,7 +555,7 @@ class Meanings:
         callee = tree.of if isinstance(tree, Call) else None
         if isinstance(callee, Name) and (result := result_text(callee.name)):
             return result
-        found = self.of(tree, scope)
-        if isinstance(found, tuple):
-            return self.spec_text(found)
-        return found.type if isinstance(found, MissingUse) else ""
+        sense = self.of(tree, scope)
+        if isinstance(sense, tuple):
+            return self.spec_text(sense)
+        return sense.type if isinstance(sense, MissingUse) else ""

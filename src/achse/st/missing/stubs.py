@@ -99,12 +99,12 @@ def stub_files(missing: MissingNames) -> dict[str, str]:
 
 class _Writer:
     def __init__(self, missing: MissingNames) -> None:
-        found = missing.meanings
+        meanings = missing.meanings
         self._root = _ROOT if missing.declares(_ROOT) else ""
-        self._types = found.types
+        self._types = meanings.types
         self._blocks = missing.blocks
-        self._names = found.names
-        self._lists = found.lists
+        self._names = meanings.names
+        self._lists = meanings.lists
         self._values: dict[str, dict[str, str]] = {}
         """Values of enumerations, which may be named with and without their library."""
         self._texts: dict[str, list[str]] = {}
@@ -132,7 +132,7 @@ class _Writer:
                 lists.setdefault(LISTS_FILE, {})[key] = use
         for use in list(self._types.values()):
             self._type(use.name, use)
-        files = {name: "\n".join(self._list(found)) for name, found in sorted(lists.items())}
+        files = {name: "\n".join(self._list(uses)) for name, uses in sorted(lists.items())}
         types = [line for text in self._texts.values() for line in (*text, "")]
         if types:
             files[TYPES_FILE] = "\n".join(types)
@@ -252,8 +252,10 @@ class _Writer:
         for value in values:
             known.setdefault(value.lower(), value)
         start = f" := {first}" if first else ""
-        told = ", ".join(f"{value}{'' if n else start}" for n, value in enumerate(known.values()))
-        self._texts[name.lower()] = [f"TYPE {name} : ({told}); END_TYPE // numbers?"]
+        members = ", ".join(
+            f"{value}{'' if n else start}" for n, value in enumerate(known.values())
+        )
+        self._texts[name.lower()] = [f"TYPE {name} : ({members}); END_TYPE // numbers?"]
 
     def _block(self, name: str, use: MissingUse) -> Iterator[str]:
         methods = [one for one in use.members.values() if _is_method(one)]
@@ -340,17 +342,17 @@ class _Writer:
 
     def _signed(self, use: MissingUse) -> set[str]:
         """The parts of a type and its bases, in lower case, that a symbol file has."""
-        found: set[str] = set()
+        names: set[str] = set()
         waiting, seen = [use], {id(use)}
         while waiting:
             one = waiting.pop()
             if one.signature is not None:
-                found |= {*one.signature.methods, *one.signature.properties}
+                names |= {*one.signature.methods, *one.signature.properties}
             bases = [self._types.get(name.rpartition(".")[2].lower()) for name in one.extends]
             new = [base for base in bases if base is not None and id(base) not in seen]
             seen.update(map(id, new))
             waiting += new
-        return found
+        return names
 
     def _by_signature(self, use: MissingUse, *, is_block: bool = False) -> Iterator[str]:
         """The methods and properties that a symbol file has of a type.
@@ -382,15 +384,15 @@ class _Writer:
     def _own_names(self, type: str) -> str:
         """The text of a type, where other stubs bear no library in front."""
         return _QUALIFIED.sub(
-            lambda found: found[1] if found[1].lower() in self._types else found[0], type
+            lambda match: match[1] if match[1].lower() in self._types else match[0], type
         )
 
     def _is_passed(self, use: MissingUse) -> bool:
         """Return True if an input is a block, which is not copied."""
         if use.type.lower() in self._blocks:
             return True
-        found = self._types.get(use.type.lower())
-        return found is not None and (_is_block(found) or not _is_told(found))
+        declared = self._types.get(use.type.lower())
+        return declared is not None and (_is_block(declared) or not _is_told(declared))
 
     def _interface(self, name: str, use: MissingUse) -> Iterator[str]:
         is_com = use.signature is None and _COM.match(name) and name != self._root
@@ -486,8 +488,10 @@ def _has_values(use: MissingUse) -> bool:
 
 def _is_block(use: MissingUse) -> bool:
     called = any(_is_method(one) for one in use.members.values())
-    told = use.block or use.is_block or use.is_called or use.inputs or use.outputs or use.generics
-    return bool(told or called)
+    has_evidence = (
+        use.block or use.is_block or use.is_called or use.inputs or use.outputs or use.generics
+    )
+    return bool(has_evidence or called)
 
 
 def _is_array(use: MissingUse) -> bool:
@@ -535,5 +539,5 @@ def _guessed(name: str) -> str:
     """A type from the name alone."""
     if name.upper().startswith("IID_"):
         return "IID"
-    found = _PREFIX.match(name)
-    return _WORDS.get(name.lower()) or _PREFIXES.get(found[1] if found else "", "DINT")
+    match = _PREFIX.match(name)
+    return _WORDS.get(name.lower()) or _PREFIXES.get(match[1] if match else "", "DINT")

@@ -118,7 +118,7 @@ class MissingUse:
 
 def open_bounds(type: str) -> str:
     """Return the text of an array type with bounds that the caller's array tells."""
-    return _BOUNDS.sub(lambda found: f"ARRAY [{', '.join('*' for _ in found[1].split(','))}]", type)
+    return _BOUNDS.sub(lambda match: f"ARRAY [{', '.join('*' for _ in match[1].split(','))}]", type)
 
 
 def _is_text(type: str) -> bool:

@@ -94,9 +94,9 @@ class MissingNames:
             self._in_unit(entry)
         for entry in own:
             self._overrides(entry)
-        found = self.meanings.names
-        for key in [key for key, use in found.items() if use.is_space and not use.members]:
-            del found[key]
+        uses = self.meanings.names
+        for key in [key for key, use in uses.items() if use.is_space and not use.members]:
+            del uses[key]
         if own:
             self.meanings.require_bases(self._scopes.scope(own[0]))
         types = self.meanings.types
@@ -201,11 +201,11 @@ class MissingNames:
             if self.meanings.is_missing(one, scope):
                 yield self.meanings.use(one)
                 continue
-            found = self._scopes.find(one.name, scope.space)
-            if found is not None and id(found) not in seen:
-                seen.add(id(found))
-                inside = self._scopes.scope(found)
-                waiting += [(inside, base) for base in bases_of(found.tree)]
+            unit = self._scopes.find(one.name, scope.space)
+            if unit is not None and id(unit) not in seen:
+                seen.add(id(unit))
+                inside = self._scopes.scope(unit)
+                waiting += [(inside, base) for base in bases_of(unit.tree)]
 
     def _in_part(
         self, tree: Method | Accessor, name: str, returns: TypeSpec | None, scope: Scope
@@ -333,11 +333,11 @@ class MissingNames:
                 self._elements_told(member, item.value, scope)
             self._in_initial(item.value, None, scope)
             return
-        found = None if at is None else self.meanings.member_of(at, item.name)
-        if isinstance(found, MissingUse) and isinstance(item.value, Expression):
-            found.is_written = True  # of a missing base
-            found.told(self.meanings.text(item.value, scope))
-        self._in_initial(item.value, found if isinstance(found, tuple) else None, scope)
+        sense = None if at is None else self.meanings.member_of(at, item.name)
+        if isinstance(sense, MissingUse) and isinstance(item.value, Expression):
+            sense.is_written = True  # of a missing base
+            sense.told(self.meanings.text(item.value, scope))
+        self._in_initial(item.value, sense if isinstance(sense, tuple) else None, scope)
 
     def _elements_told(self, use: MissingUse, tree: ArrayInitial, scope: Scope) -> None:
         """`(aSpeeds := [1.0, 2.0])`: how many elements, and of what."""
@@ -349,16 +349,16 @@ class MissingNames:
                     use.element.told(self.meanings.text(one, scope))
 
     def _alike(self, use: MissingUse, tree: Expression, scope: Scope) -> None:
-        found = self.meanings.of(tree, scope)
-        if isinstance(found, MissingUse) and found is not use:
-            use.like = use.like or found
+        sense = self.meanings.of(tree, scope)
+        if isinstance(sense, MissingUse) and sense is not use:
+            use.like = use.like or sense
 
     def _value_of(self, tree: Expression, use: MissingUse, scope: Scope) -> None:
         """`x : E_Mode := E_Mode.Auto` or `:= Auto`: a value of a missing enumeration."""
-        found = self.meanings.of(tree, scope)
-        if isinstance(found, MissingUse) and not use.type:
+        sense = self.meanings.of(tree, scope)
+        if isinstance(sense, MissingUse) and not use.type:
             name = tree.name if isinstance(tree, Name | Member) else ""
-            if name and not found.members and not found.is_called:
+            if name and not sense.members and not sense.is_called:
                 use.values.setdefault(name.lower(), name)
 
     # statements ------------------------------------------------------------------------------
@@ -401,9 +401,9 @@ class MissingNames:
             tree = stack.pop()
             if isinstance(tree, Assign):
                 self._compared(tree.target, tree.value, scope)
-                found = self.meanings.of(tree.target, scope)
-                if isinstance(found, MissingUse):
-                    found.is_written = True
+                sense = self.meanings.of(tree.target, scope)
+                if isinstance(sense, MissingUse):
+                    sense.is_written = True
             elif isinstance(tree, Binary):
                 self._binary(tree, scope)
             elif isinstance(tree, Unary) and tree.operator == "NOT":
@@ -433,9 +433,9 @@ class MissingNames:
     def _binary(self, tree: Binary, scope: Scope) -> None:
         if tree.operator.upper() in TRUTHS:
             for side in (tree.left, tree.right):
-                found = self.meanings.of(side, scope)
+                sense = self.meanings.of(side, scope)
                 other = tree.right if side is tree.left else tree.left
-                self._note_use(found, self.meanings.text(other, scope) or "BOOL")
+                self._note_use(sense, self.meanings.text(other, scope) or "BOOL")
             return
         self._compared(tree.left, tree.right, scope)
         if tree.operator in _NUMBERS:
@@ -445,27 +445,27 @@ class MissingNames:
     def _compared(self, left: Expression, right: Expression, scope: Scope) -> None:
         """Two sides that have one type."""
         for one, other in ((left, right), (right, left)):
-            found = self.meanings.of(one, scope)
-            if not isinstance(found, MissingUse):
+            sense = self.meanings.of(one, scope)
+            if not isinstance(sense, MissingUse):
                 continue
-            found.told(self.meanings.text(other, scope))
-            self._alike(found, other, scope)
+            sense.told(self.meanings.text(other, scope))
+            self._alike(sense, other, scope)
             seen = self.meanings.of(other, scope)
             if isinstance(seen, tuple) and (use := self.meanings.type_use(seen)) is not None:
                 self._value_of(one, use, scope)
 
     def _call(self, tree: Call, scope: Scope) -> None:
         if isinstance(tree.of, Name) and tree.of.name.upper() in _QUERIES and tree.arguments:
-            asked = tree.arguments[0].value
-            if asked is not None:
-                self._note_use(self.meanings.of(asked, scope), "IQueryInterface")
-        found = self.meanings.of(tree.of, scope)
-        if self.meanings.is_result(found):
+            operand = tree.arguments[0].value
+            if operand is not None:
+                self._note_use(self.meanings.of(operand, scope), "IQueryInterface")
+        sense = self.meanings.of(tree.of, scope)
+        if self.meanings.is_result(sense):
             return  # the arguments of a declared method tell nothing of its result
-        use = self.meanings.type_use(found) if isinstance(found, tuple) else found
+        use = self.meanings.type_use(sense) if isinstance(sense, tuple) else sense
         if isinstance(use, MissingUse):
             use.is_called = True
-            if isinstance(found, tuple):
+            if isinstance(sense, tuple):
                 use.is_block = True
             for place, argument in enumerate(tree.arguments):
                 self._argument(use, place, argument, scope)
@@ -477,7 +477,7 @@ class MissingNames:
                     text = "" if part is None else part.type
                     self._note_use(self.meanings.of(argument.value, scope), text)
             return
-        callee = self._callee(found)
+        callee = self._callee(sense)
         if callee is None:
             return
         inside = self._scopes.scope(callee)
@@ -507,14 +507,14 @@ class MissingNames:
             one = use.arguments[place]
         one.told(text)
 
-    def _callee(self, found: Sense) -> DeclaredUnit | None:
-        if isinstance(found, DeclaredUnit):
-            return found
-        if isinstance(found, tuple) and isinstance(found[0], NamedType):
-            return self._scopes.find(found[0].name, found[1].space)
+    def _callee(self, sense: Sense) -> DeclaredUnit | None:
+        if isinstance(sense, DeclaredUnit):
+            return sense
+        if isinstance(sense, tuple) and isinstance(sense[0], NamedType):
+            return self._scopes.find(sense[0].name, sense[1].space)
         return None
 
     @staticmethod
-    def _note_use(found: Sense, text: str) -> None:
-        if isinstance(found, MissingUse):
-            found.told(text)
+    def _note_use(sense: Sense, text: str) -> None:
+        if isinstance(sense, MissingUse):
+            sense.told(text)

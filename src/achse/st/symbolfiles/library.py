@@ -100,9 +100,9 @@ class LibraryTypes:
                 raise DeclarationError(f"which type is meant: {' or '.join(sorted(names))}?")
             if not names:
                 continue
-            found = types.type(names[0])
-            if found is None or types.pointer_size == self.pointer_size or not _has_pointers(found):
-                return types, names[0], found
+            type = types.type(names[0])
+            if type is None or types.pointer_size == self.pointer_size or not _has_pointers(type):
+                return types, names[0], type
         return None, "", None
 
     def enumerations(self, value: str) -> list[EnumType[Any]]:
@@ -111,8 +111,8 @@ class LibraryTypes:
         Of one that several files have, as of copies of a project's file, the first counts.
         """
         names = {name: types for types in reversed(self._own) for name in types.with_value(value)}
-        found = [types.type(name) for name, types in names.items()]
-        return [type for type in found if isinstance(type, EnumType)]
+        all_types = [types.type(name) for name, types in names.items()]
+        return [type for type in all_types if isinstance(type, EnumType)]
 
     def constant(self, name: str) -> Constant | None:
         """The single value that a variable of a library's list starts with: `List.cMost`.
@@ -123,16 +123,18 @@ class LibraryTypes:
 
     @cached_property
     def _constants(self) -> dict[str, Constant]:
-        found: dict[str, Constant] = {}
+        constants: dict[str, Constant] = {}
         for module, types in self._modules:
             for name, constant in start_values(module, types):
-                found.setdefault(name.lower(), constant)
-        return found
+                constants.setdefault(name.lower(), constant)
+        return constants
 
     def has_property(self, block: str, name: str) -> bool:
         """Return True if a block of that name, or its base, has a property of that name."""
         return any(
-            types.has_property(found, name) for types in self._own for found in types.named(block)
+            types.has_property(qualified, name)
+            for types in self._own
+            for qualified in types.named(block)
         )
 
 

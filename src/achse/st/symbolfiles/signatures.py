@@ -36,7 +36,7 @@ def read_signature(
     `text_of` returns the type that an element names within its owner as text, `properties_of` the
     properties of a parameter.
     """
-    found = BlockSignature(
+    signature = BlockSignature(
         _base(element, text_of),
         tuple(text_of(item, item) for item in element.all("Implements")),
     )
@@ -47,10 +47,10 @@ def read_signature(
         if key in _LIFECYCLE or not all(is_known(one.replace("*", "0..0")) for one in types if one):
             continue
         if key.startswith(("__get", "__set")):
-            _add_accessor(found.properties, method)
+            _add_accessor(signature.properties, method)
         elif not key.startswith("__"):
-            found.methods.setdefault(key, method)
-    return found
+            signature.methods.setdefault(key, method)
+    return signature
 
 
 def _base(element: Element, text_of: Callable[[Element, Element], str]) -> str:
@@ -96,9 +96,9 @@ def _add_accessor(properties: dict[str, PropertySignature], method: MethodSignat
     type = method.returns or next((one.type for one in method.parameters), "")
     if not name or not type:
         return
-    found = properties.get(name.lower(), PropertySignature(name, type))
+    signature = properties.get(name.lower(), PropertySignature(name, type))
     if method.name.lower().startswith("__get"):
-        found = replace(found, readable=True)
+        signature = replace(signature, readable=True)
     else:
-        found = replace(found, writable=True)
-    properties[name.lower()] = found
+        signature = replace(signature, writable=True)
+    properties[name.lower()] = signature

@@ -35,8 +35,8 @@ def types_of_tmc(data: bytes, source: str = "tmc") -> tuple[FileTypes, Element]:
             Code.BAD_SYMBOL_FILE,
         )
     modules = root.find("Modules")
-    found = [] if modules is None else modules.all("Module")
-    module = next(filter(_is_plc, found), found[0] if found else root)
+    of_modules = [] if modules is None else modules.all("Module")
+    module = next(filter(_is_plc, of_modules), of_modules[0] if of_modules else root)
     elements = root.find("DataTypes")
     size = _pointer_size(root, module)
     return FileTypes(elements.all("DataType") if elements else (), size), module

@@ -121,14 +121,14 @@ def properties(pairs: Iterable[tuple[str, str]]) -> Lines:
 
 def defined_types(roots: Sequence[IecType[Any]]) -> list[IecType[Any]]:
     """The types that need a `<DataType>`, with those they extend, by name."""
-    found: dict[str, IecType[Any]] = {}
+    by_name: dict[str, IecType[Any]] = {}
     while roots:
-        new = [type for type in types_shown(roots) if type.name.lower() not in found]
-        found.update((type.name.lower(), type) for type in new)
+        new = [type for type in types_shown(roots) if type.name.lower() not in by_name]
+        by_name.update((type.name.lower(), type) for type in new)
         roots = [
             type.shown_base for type in new if isinstance(type, StructType) and type.shown_base
         ]
-    return [found[key] for key in sorted(found) if is_defined(found[key])]
+    return [by_name[key] for key in sorted(by_name) if is_defined(by_name[key])]
 
 
 def _named(tag: str, name: str, **attributes: object) -> str:

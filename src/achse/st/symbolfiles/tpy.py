@@ -37,8 +37,8 @@ def read_tpy(data: bytes, source: str = "tpy") -> SymbolFile:
 
 
 def _all(root: Element, group: str, tag: str) -> list[Element]:
-    found = root.find(group)
-    return [] if found is None else found.all(tag)
+    element = root.find(group)
+    return [] if element is None else element.all(tag)
 
 
 def _pointer_size(root: Element) -> int:

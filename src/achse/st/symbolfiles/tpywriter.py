@@ -84,8 +84,8 @@ def _task(task: FileTask) -> Lines:
 
 
 def _arrays(roots: list[IecType[Any]]) -> list[ArrayType[Any]]:
-    found = {type.name: type for type in types_shown(roots) if isinstance(type, ArrayType)}
-    return [found[name] for name in sorted(found)]
+    by_name = {type.name: type for type in types_shown(roots) if isinstance(type, ArrayType)}
+    return [by_name[name] for name in sorted(by_name)]
 
 
 def _array(array: ArrayType[Any]) -> Lines:

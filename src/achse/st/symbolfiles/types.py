@@ -70,8 +70,8 @@ def checked_address(
 
 def properties_of(element: Element) -> dict[str, str]:
     """The `<Properties>` of an element: attributes of the declaration, and notes of the tool."""
-    found = element.find("Properties")
-    pairs = [] if found is None else found.all("Property")
+    properties = element.find("Properties")
+    pairs = [] if properties is None else properties.all("Property")
     return {pair.text_of("Name").strip(): pair.text_of("Value") for pair in pairs}
 
 
@@ -105,8 +105,8 @@ class FileTypes:
 
     def all(self) -> list[IecType[Any]]:
         """Every type that the file defines."""
-        found = (self._find(name) for name in self._elements)
-        return [type for type in found if type is not None]
+        types = (self._find(name) for name in self._elements)
+        return [type for type in types if type is not None]
 
     def type(self, name: str) -> IecType[Any] | None:
         """The type of that name, with the name of its library in front if it is of one."""
@@ -157,10 +157,10 @@ class FileTypes:
 
     @cached_property
     def _without_space(self) -> dict[str, list[str]]:
-        found: dict[str, list[str]] = {}
+        names: dict[str, list[str]] = {}
         for name in self._elements:
-            found.setdefault(name.rpartition(".")[2], []).append(name)
-        return found
+            names.setdefault(name.rpartition(".")[2], []).append(name)
+        return names
 
     def with_value(self, value: str) -> list[str]:
         """The enumerations with a value of that name, but those that have to be in front."""
@@ -168,12 +168,12 @@ class FileTypes:
 
     @cached_property
     def _by_value(self) -> dict[str, list[str]]:
-        found: dict[str, list[str]] = {}
+        names: dict[str, list[str]] = {}
         for name, element in self._elements.items():
             if "qualified_only" not in {key.lower() for key in properties_of(element)}:
                 for info in element.all("EnumInfo"):
-                    found.setdefault(info.text_of("Text").strip().lower(), []).append(name)
-        return found
+                    names.setdefault(info.text_of("Text").strip().lower(), []).append(name)
+        return names
 
     # names -----------------------------------------------------------------------------------
 
@@ -182,14 +182,14 @@ class FileTypes:
         size = self.bytes_of(element, size_tag)
         text = self._text(element.child(tag), element)
         try:
-            found = parse_type(text, self._find, pointer_size=self.pointer_size)
+            type = parse_type(text, self._find, pointer_size=self.pointer_size)
         except SourceError:
             raise
         except DeclarationError:
-            found = None
-        if found is None or found.size != size:
+            type = None
+        if type is None or type.size != size:
             return BIT if element.number_of(size_tag) == 1 else _opaque(text, size)
-        return found
+        return type
 
     def bytes_of(self, element: Element, tag: str = "BitSize") -> int:
         """The size that an element states, in bytes."""
@@ -221,10 +221,10 @@ class FileTypes:
 
     def _find(self, name: str) -> IecType[Any] | None:
         key = name.strip().lower()
-        found = self._types.get(key)
+        type = self._types.get(key)
         element = self._elements.get(key)
-        if found is not None:
-            return found
+        if type is not None:
+            return type
         if element is None:
             return _OF_THE_SYSTEM.get(key)
         if key in self._building or len(self._building) > _DEEPEST:
@@ -233,7 +233,7 @@ class FileTypes:
             )
         self._building.append(key)
         try:
-            found = self._build(element, _qualified(element.child("Name")))
+            type = self._build(element, _qualified(element.child("Name")))
         except SourceError:
             raise
         except (DeclarationError, IecValueError) as fault:
@@ -243,13 +243,13 @@ class FileTypes:
         guid = element.child("Name").attributes.get("GUID")
         if guid is not None:
             try:
-                found.guid = UUID(guid).bytes_le
+                type.guid = UUID(guid).bytes_le
             except ValueError:
                 element.fault(
                     f"expected a GUID like {{…}}, got {shown(guid)}", Code.BAD_SYMBOL_FILE
                 )
-        self._types[key] = found
-        return found
+        self._types[key] = type
+        return type
 
     def _build(self, element: Element, name: str) -> IecType[Any]:
         properties = properties_of(element)
@@ -287,8 +287,8 @@ class FileTypes:
         tag = next((tag for tag in ("BaseType", "Type") if element.find(tag)), None)
         base = resolved(self.type_of(element, tag)) if tag else None
         if not isinstance(base, IntegerType):
-            found = {1: "SINT", 2: "INT", 4: "DINT", 8: "LINT"}.get(size)
-            base = None if found is None else parse_type(found)
+            base_name = {1: "SINT", 2: "INT", 4: "DINT", 8: "LINT"}.get(size)
+            base = None if base_name is None else parse_type(base_name)
         if not isinstance(base, IntegerType):
             element.fault(
                 f"an enumeration has 1, 2, 4 or 8 bytes, got {size}", Code.BAD_SYMBOL_FILE

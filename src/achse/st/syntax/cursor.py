@@ -45,8 +45,8 @@ class Cursor:
     @property
     def faults(self) -> list[Diagnostic]:
         """The faults so far, in order of their places."""
-        found = sorted(self._faults.items())[:MOST_FAULTS]
-        return [self.source.fault(at, message, code) for at, (message, code) in found]
+        faults = sorted(self._faults.items())[:MOST_FAULTS]
+        return [self.source.fault(at, message, code) for at, (message, code) in faults]
 
     @property
     def fault_count(self) -> int:
@@ -124,8 +124,8 @@ class Cursor:
         for word in before or ():
             if word[0] != "{":
                 comments.append(_comment_text(word))
-            elif found := attribute_of(word):
-                attributes.append(found)
+            elif attribute := attribute_of(word):
+                attributes.append(attribute)
         if after is not None:
             comments = [_comment_text(after)]
         return Note("\n".join(comments), tuple(attributes))

@@ -92,7 +92,7 @@ class DeclarationParser:
     def type_name(self, expected: str = "the name of a type") -> NamedType:
         """The name of a type, with its arguments if it is generic. Raises `Unexpected`."""
         cursor = self._cursor
-        found = cursor.path(expected)
+        path = cursor.path(expected)
         generics: list[Expression] = []
         if cursor.take("<"):
             cursor.deeper()
@@ -101,7 +101,7 @@ class DeclarationParser:
                 generics.append(self._expressions.expression(BINDING[">"]))
             cursor.expect(">", "',' or '>'")
             cursor.depth -= 1
-        return NamedType(found.name, tuple(generics), found.at)
+        return NamedType(path.name, tuple(generics), path.at)
 
     def _subrange(self, named: NamedType) -> TypeSpec:
         """`INT (0..100)`; anything else in the brackets is left to the caller."""
@@ -186,12 +186,14 @@ class DeclarationParser:
         first = cursor.position
         cursor.expect("TYPE")
         modifiers = self.modifiers()
-        found: list[TypeDeclaration] = []
+        declarations: list[TypeDeclaration] = []
         while self._kinds[cursor.position] == NAME:
             position = cursor.position
             depth = cursor.depth
             try:
-                found.append(self._type_declaration(first if not found else position, modifiers))
+                declarations.append(
+                    self._type_declaration(first if not declarations else position, modifiers)
+                )
             except Unexpected as fault:
                 cursor.report(fault)
                 cursor.depth = depth
@@ -199,9 +201,11 @@ class DeclarationParser:
                 while self._kinds[cursor.position] in _MEMBER_ENDS:
                     cursor.position += 1
                     cursor.take(";")
-        cursor.expect("END_TYPE", "the name of a type or END_TYPE" if not found else "END_TYPE")
+        cursor.expect(
+            "END_TYPE", "the name of a type or END_TYPE" if not declarations else "END_TYPE"
+        )
         cursor.take(";")
-        return found
+        return declarations
 
     def _type_declaration(self, first: int, modifiers: tuple[str, ...]) -> TypeDeclaration:
         cursor = self._cursor
@@ -228,15 +232,15 @@ class DeclarationParser:
     def modifiers(self) -> tuple[str, ...]:
         """PUBLIC, ABSTRACT and the like, as long as another name follows."""
         cursor = self._cursor
-        found = []
+        modifiers = []
         while (
             self._kinds[cursor.position] == NAME
             and self._kinds[cursor.position + 1] == NAME
             and self._words[cursor.position].upper() in MODIFIERS
         ):
-            found.append(self._words[cursor.position].upper())
+            modifiers.append(self._words[cursor.position].upper())
             cursor.position += 1
-        return tuple(found)
+        return tuple(modifiers)
 
     # variables -----------------------------------------------------------------------------
 
@@ -275,7 +279,7 @@ class DeclarationParser:
         """Declarations up to a word of `ends` or of a block; VAR_CONFIG has `.a` for a global
         variable."""
         cursor = self._cursor
-        found: list[Declaration] = []
+        declarations: list[Declaration] = []
         kinds = self._kinds
         while True:
             position = cursor.position
@@ -284,15 +288,15 @@ class DeclarationParser:
                 cursor.position = position + 1
                 continue
             if kind != NAME and (kind in BLOCK_WORDS or kind in ends or kind == END):
-                return tuple(found)
+                return tuple(declarations)
             depth = cursor.depth
             try:
                 if kind != NAME or kinds[position + 1] in _IN_STATEMENTS:
                     if not ends and self._is_body():
-                        return tuple(found)
+                        return tuple(declarations)
                     if kind != NAME and not (is_config and kind == "."):
                         raise cursor.unexpected("the name of a variable")
-                found.append(self._declaration())
+                declarations.append(self._declaration())
             except Unexpected as fault:
                 cursor.report(fault)
                 cursor.depth = depth

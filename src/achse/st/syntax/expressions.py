@@ -240,9 +240,9 @@ class ExpressionParser:
         if self._kinds[position] == "[":
             return self.array_initial()
         if self._is_structure(position):
-            found = self._struct_initial()
+            initial = self._struct_initial()
             if self._kinds[cursor.position] not in BINDING:
-                return found
+                return initial
             cursor.position = position  # `(a := 0) OR b` only begins like a structure
         return self.expression()
 

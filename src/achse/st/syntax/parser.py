@@ -96,10 +96,10 @@ def parse_statements(text: str) -> Statements:
 
 
 def _whole(parser: "Parser", read: Callable[[], P]) -> P:
-    found = parser.attempt(read)
-    if parser.faults or found is None:
+    result = parser.attempt(read)
+    if parser.faults or result is None:
         raise SourceError(parser.faults)
-    return found
+    return result
 
 
 class Parser:
@@ -129,7 +129,7 @@ class Parser:
         cursor = self._cursor
         try:
             with collection_paused():  # trees have no cycles
-                found = read()
+                result = read()
             cursor.expect(END, "the end")
         except Unexpected as fault:
             cursor.report(fault)
@@ -138,12 +138,12 @@ class Parser:
             # The caller's own stack left too little for what DEEPEST allows.
             cursor.report(Unexpected(cursor.at, "this nests too deep", Code.TOO_DEEP))
             return None
-        return found
+        return result
 
     def units(self, name: str, end: str = END) -> tuple[Unit, ...]:
         """All units up to the end; VAR_GLOBAL blocks go into one list called `name`."""
         cursor = self._cursor
-        found: list[Unit] = []
+        units: list[Unit] = []
         blocks: list[VarBlock] = []
         place = 0
         while self._kinds[cursor.position] != end:
@@ -156,15 +156,15 @@ class Parser:
                     place = place if blocks else cursor.at
                     blocks += self.declarations.var_blocks(_GLOBAL_SECTIONS)
                 elif kind == "TYPE":
-                    found += self.declarations.type_declarations()
+                    units += self.declarations.type_declarations()
                 elif kind == ";":
                     cursor.position += 1
-                elif kind == "ACTION" and found and isinstance(found[-1], FunctionBlock | Program):
+                elif kind == "ACTION" and units and isinstance(units[-1], FunctionBlock | Program):
                     # TwinCAT 2 writes the actions of a unit after its end.
-                    unit = found[-1]
-                    found[-1] = replace(unit, parts=(*unit.parts, self.action()))
+                    unit = units[-1]
+                    units[-1] = replace(unit, parts=(*unit.parts, self.action()))
                 else:
-                    found.append(self._unit(kind))
+                    units.append(self._unit(kind))
             except Unexpected as fault:
                 cursor.report(fault)
                 cursor.depth = 0
@@ -172,8 +172,8 @@ class Parser:
                     break
                 self._skip_to_unit(position, end)
         if blocks:
-            found.append(self._global_list(name, blocks, place))
-        return tuple(found)
+            units.append(self._global_list(name, blocks, place))
+        return tuple(units)
 
     def _skip_to_unit(self, start: int, end: str) -> None:
         cursor = self._cursor

@@ -63,19 +63,19 @@ class StatementParser:
         """All statements up to a word that ends them; in a CASE also up to a label."""
         cursor = self._cursor
         kinds = self._kinds
-        found: list[Statement] = []
+        statements: list[Statement] = []
         while True:
             position = cursor.position
             kind = kinds[position]
             if kind in _ENDS or (in_case and self._at_label()):
-                return tuple(found)
+                return tuple(statements)
             if kind == ";":
                 cursor.position = position + 1
                 continue
             depth = cursor.depth
             try:
                 block = _BLOCKS.get(kind)
-                found.append(self._simple() if block is None else block(self))
+                statements.append(self._simple() if block is None else block(self))
             except Unexpected as fault:
                 cursor.report(fault)
                 cursor.depth = depth
@@ -170,7 +170,7 @@ class StatementParser:
         cursor = self._cursor
         depth, start = cursor.depth, cursor.position
         try:
-            found = read()
+            head = read()
             cursor.expect(word, word)
         except Unexpected as fault:
             cursor.report(fault)
@@ -180,7 +180,7 @@ class StatementParser:
             if not cursor.take(word):
                 cursor.take(";")
             return (Name("", self._starts[start]),) * count
-        return found
+        return head
 
     def _if(self) -> If:
         cursor = self._cursor
@@ -329,11 +329,11 @@ class StatementParser:
         return Jump(label.name, at)
 
 
-def _with_last(tree: Expression, made: Callable[[Expression], Expression]) -> Expression:
+def _with_last(tree: Expression, replacement: Callable[[Expression], Expression]) -> Expression:
     """A chain `a := b := c` with another expression in place of its last one."""
     if isinstance(tree, Assign):
-        return Assign(tree.operator, tree.target, _with_last(tree.value, made), tree.at)
-    return made(tree)
+        return Assign(tree.operator, tree.target, _with_last(tree.value, replacement), tree.at)
+    return replacement(tree)
 
 
 _BLOCKS: dict[str, Callable[[StatementParser], Statement]] = {

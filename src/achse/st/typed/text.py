@@ -207,6 +207,6 @@ def _lines(statement: TypedStatement, indent: str) -> Iterator[str]:
             yield f"{indent}{label}:"
         case LifeStep(event, storage, of, count):
             times = "" if count == 1 else f" * {count}"
-            given = _list(statement.arguments, ": ")
-            yield f"{indent}{event.value} {storage_text(storage)} : {of.name}{times}{given}"
+            arguments = _list(statement.arguments, ": ")
+            yield f"{indent}{event.value} {storage_text(storage)} : {of.name}{times}{arguments}"
             yield from lines_of(statement.values, inner)

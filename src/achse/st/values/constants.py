@@ -154,16 +154,16 @@ class Evaluator:
     def _enumeration(self, name: str, at: int) -> IecType[Any]:
         """The type that `E_State#3` names."""
         try:
-            found = resolved(self._type_of(Name(name, at)))
+            type = resolved(self._type_of(Name(name, at)))
         except NotConstant:
             raise Unexpected(at, f"no type is named '{name[:80]}'", Code.UNKNOWN_TYPE) from None
-        if not isinstance(found, EnumType | IntegerType):
+        if not isinstance(type, EnumType | IntegerType):
             raise Unexpected(
                 at,
-                f"{name}#… is the value of an enumeration, not of a {found.name}",
+                f"{name}#… is the value of an enumeration, not of a {type.name}",
                 Code.UNKNOWN_ENUM_VALUE,
             )
-        return found
+        return type
 
     def _part(self, tree: PartOf) -> Constant:
         whole = self.value(tree.of)
@@ -303,23 +303,23 @@ def _binary(sign: str, left: Constant, right: Constant, at: int) -> Constant:
     if sign in _BITS:
         if truths == 1 or text or isinstance(left.value, float) or isinstance(right.value, float):
             raise Unexpected(at, f"{sign} takes two truths or two whole numbers", Code.BAD_OPERAND)
-        found = checked(_BITS[sign], [left.value, right.value], at)
-        return Constant(found.value, left.type if left.type is right.type else found.type)
+        result = checked(_BITS[sign], [left.value, right.value], at)
+        return Constant(result.value, left.type if left.type is right.type else result.type)
     if truths or text:
         raise Unexpected(at, f"'{sign}' takes numbers", Code.BAD_OPERAND)
-    found = checked(_NUMBERS[sign], [left.value, right.value], at)
-    return _timed(sign, left, right, found, at)
+    result = checked(_NUMBERS[sign], [left.value, right.value], at)
+    return _timed(sign, left, right, result, at)
 
 
-def _timed(sign: str, left: Constant, right: Constant, found: Constant, at: int) -> Constant:
+def _timed(sign: str, left: Constant, right: Constant, result: Constant, at: int) -> Constant:
     """The result of arithmetic, as a time if it is one."""
     times = [item.type for item in (left, right) if isinstance(item.type, TimeType)]
     if not times or (len(times) == 2 and sign in ("/", "MOD")):
-        return found
+        return result
     if len(times) == 2 and times[0] is not times[1]:
         raise Unexpected(at, f"'{sign}' takes times of one type", Code.BAD_OPERAND)
     return Constant(
-        math.trunc(found.value) if isinstance(found.value, float) else found.value, times[0]
+        math.trunc(result.value) if isinstance(result.value, float) else result.value, times[0]
     )
 
 

@@ -62,10 +62,10 @@ def called(name: str, operands: Sequence[Constant], at: int) -> Constant:
 
 def _target(name: str) -> IecType[Any] | None:
     """The type that a conversion like `TO_INT` or `REAL_TO_INT` gives."""
-    found = _CONVERSION.fullmatch(name)
-    if found is None or (found[1] not in (None, "ANY") and found[1].lower() not in ELEMENTARY):
+    match = _CONVERSION.fullmatch(name)
+    if match is None or (match[1] not in (None, "ANY") and match[1].lower() not in ELEMENTARY):
         return None
-    return ELEMENTARY.get(found[2].lower())
+    return ELEMENTARY.get(match[2].lower())
 
 
 # Conversions --------------------------------------------------------------------------------
@@ -139,12 +139,12 @@ def _read(text: str, target: IecType[Any], at: int) -> Constant:
         return Constant(text.upper() == "TRUE", target)
     if isinstance(target, TimeType):
         try:
-            found = literal_value(text) if text else None
+            literal = literal_value(text) if text else None
         except (IecError, ValueError):
-            found = None
-        if found is None or found.type is not target:
+            literal = None
+        if literal is None or literal.type is not target:
             return Constant(0, target)
-        return Constant(found.value, target)
+        return Constant(literal.value, target)
     if not _NUMBER.match(text):
         return Constant(0.0 if isinstance(target, RealType) else 0, target)
     sign, digits = (text[0], text[1:]) if text[0] in "+-" else ("", text)
@@ -213,8 +213,8 @@ def _kind(item: Constant) -> object:
 def _abs(operands: Sequence[Constant], at: int) -> Constant:
     _all_numbers(operands, at)
     ((value, type),) = operands
-    found = checked(abs, [value], at)
-    return found._replace(type=type)
+    result = checked(abs, [value], at)
+    return result._replace(type=type)
 
 
 def _extreme(choose: Callable[..., Constant]) -> Callable[[Sequence[Constant], int], Constant]:
@@ -248,8 +248,8 @@ def _mux(operands: Sequence[Constant], at: int) -> Constant:
 
 
 def _trunc(operands: Sequence[Constant], at: int) -> Constant:
-    found = _number(math.trunc)(operands, at)
-    return found._replace(type=DINT) if _fits(found.value, DINT) else found
+    result = _number(math.trunc)(operands, at)
+    return result._replace(type=DINT) if _fits(result.value, DINT) else result
 
 
 def _fits(value: Any, type: IntegerType) -> bool:
@@ -295,13 +295,13 @@ def _texts(
     def result(operands: Sequence[Constant], at: int) -> Constant:
         values = [item.value for item in operands]
         try:
-            found = function(*values)
+            outcome = function(*values)
         except (TypeError, AttributeError):
             shown = ", ".join(map(repr, values))
             raise Unexpected(at, f"texts and positions, got {shown}", Code.ARGUMENT_TYPE) from None
-        if isinstance(found, int):
-            return Constant(found, INT)
-        return Constant(found[:_LONGEST], ELEMENTARY[of])
+        if isinstance(outcome, int):
+            return Constant(outcome, INT)
+        return Constant(outcome[:_LONGEST], ELEMENTARY[of])
 
     return result
 

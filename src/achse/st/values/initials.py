@@ -66,8 +66,8 @@ class InitialValues:
 
     def value(self, type: IecType[Any], initial: Initial) -> object:
         """The value, or None if nothing of it is constant. Raises `Unexpected`."""
-        found = self._value(type, initial, 0)
-        return None if found is _LEFT else found
+        value = self._value(type, initial, 0)
+        return None if value is _LEFT else value
 
     def _value(
         self, type: IecType[Any], initial: Initial, offset: int, bit: int | None = None
@@ -75,8 +75,8 @@ class InitialValues:
         real = resolved(type)
         if isinstance(initial, ArrayInitial):
             if not isinstance(real, ArrayType):
-                told = f"{type.name} is not an array: it takes {type.expected}"
-                raise Unexpected(initial.at, told, Code.BAD_INITIAL_VALUE)
+                message = f"{type.name} is not an array: it takes {type.expected}"
+                raise Unexpected(initial.at, message, Code.BAD_INITIAL_VALUE)
             return self._array(real, initial, offset)
         if isinstance(initial, StructInitial):
             if isinstance(real, ArrayType) or not isinstance(real, StructType):
@@ -179,17 +179,17 @@ class InitialValues:
                     Code.BAD_INITIAL_VALUE,
                 )
             known, size = len(self.remaining), type.element.size
-            found = [
+            parts = [
                 self._value(type.element, value, offset + position * size)
                 for position, value in enumerate(values, len(flat))
             ] or [_LEFT]
             once = self.remaining[known:]
             self.remaining[known:] = [
-                part._replace(offset=part.offset + number * len(found) * size)
+                part._replace(offset=part.offset + number * len(parts) * size)
                 for number in range(times)
                 for part in once
             ]
-            flat += found * times
+            flat += parts * times
 
     def _repeated(self, item: Initial | Repetition) -> tuple[int, tuple[Initial, ...]]:
         if isinstance(item, Repetition):

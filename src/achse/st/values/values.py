@@ -72,8 +72,8 @@ def fitted(constant: Constant, type: IecType[Any], at: int) -> object:
     if isinstance(real, StringType):
         if not isinstance(value, str):
             raise Unexpected(at, f"{type.name} takes a text, got {value!r}", Code.BAD_INITIAL_VALUE)
-        given = constant.type
-        if isinstance(given, StringType) and given.coding == "utf-8" and real.coding != "utf-8":
+        source = constant.type
+        if isinstance(source, StringType) and source.coding == "utf-8" and real.coding != "utf-8":
             # A STRING that is not said to be UTF-8 holds the bytes all the same.
             value = decode_text(encode_text(value, "utf-8"))
         value = real.cut(value)
