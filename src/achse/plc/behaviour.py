@@ -32,13 +32,13 @@ def with_behaviour(
     Function blocks are found among `types` and in the variables of the units. Raises
     `DeclarationError` for a behaviour of nothing, or a second one of the same.
     """
-    found = list(units)
+    classes = list(units)
     blocks = {
         type.name.lower(): type
-        for type in types_within([*(unit.__iec__ for unit in found), *types])
+        for type in types_within([*(unit.__iec__ for unit in classes), *types])
         if isinstance(type, StructType) and type.kind is RecordKind.FUNCTION_BLOCK
     }
-    positions = {unit.__iec__.name.lower(): index for index, unit in enumerate(found)}
+    positions = {unit.__iec__.name.lower(): index for index, unit in enumerate(classes)}
     taken: dict[str, type] = {}
     for_blocks: list[tuple[StructType[Any], type]] = []
     for behaviour in behaviours:
@@ -48,7 +48,7 @@ def with_behaviour(
             raise DeclarationError(f"{name} has two behaviours: {taken[key]!r} and {behaviour!r}")
         taken[key] = behaviour
         if key in positions:
-            found[positions[key]] = _behaving(found[positions[key]], behaviour)
+            classes[positions[key]] = _behaving(classes[positions[key]], behaviour)
         elif key in blocks:
             for_blocks.append((blocks[key], behaviour))
         else:
@@ -56,13 +56,13 @@ def with_behaviour(
     # A base type comes before those that extend it and inherit what it does.
     for block, behaviour in sorted(for_blocks, key=lambda pair: _depth(pair[0])):
         block.behave(behaviour)
-    return found
+    return classes
 
 
 def _behaving(declared: type[StaticRecord], behaviour: type) -> type[StaticRecord]:
     iec = declared.__iec__
-    made = RecordMeta(declared.__name__, (behaviour, declared), {}, iec=iec)
-    return cast("type[StaticRecord]", made)
+    record = RecordMeta(declared.__name__, (behaviour, declared), {}, iec=iec)
+    return cast("type[StaticRecord]", record)
 
 
 def _depth(type: StructType[Any]) -> int:

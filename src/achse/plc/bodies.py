@@ -156,16 +156,16 @@ class Bodies:
 
     def _builtin_bodies(self) -> Mapping[str, Callable[..., Any]]:
         """The built-in routines that the project uses."""
-        found: dict[str, Callable[..., Any]] = {}
+        functions: dict[str, Callable[..., Any]] = {}
         for key, routine in self.project.routines.items():
             known = key in self.functions or key in self.blocks
             name = key if known else key.partition(".")[2] or key
             block = self.blocks.get(name.partition("<")[0].removeprefix("_"))  # or its base
             if routine.builtin and name in self.functions:
-                found[key] = partial(self.functions[name], self.context)
+                functions[key] = partial(self.functions[name], self.context)
             elif routine.builtin and block is not None and routine.this is not None:
-                found[key] = partial(self._run_block, block, routine.this)
-        return found
+                functions[key] = partial(self._run_block, block, routine.this)
+        return functions
 
     def _run_block(self, body: BlockBody, type: StructType[Any], address: int) -> None:
         body(self.context, self.context.record_at(address, type))

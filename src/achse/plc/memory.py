@@ -104,10 +104,10 @@ def _zeros(size: int) -> Bytes:
 def _sparse_zeros(size: int) -> Bytes:
     # Private pages: those only read are one page of zeros. Elsewhere mmap knows no such flag.
     private = getattr(mmap, "MAP_PRIVATE", 0) | getattr(mmap, "MAP_ANONYMOUS", 0)
-    made = _SparseBytes(-1, size, private) if private else _SparseBytes(-1, size)
+    zeros = _SparseBytes(-1, size, private) if private else _SparseBytes(-1, size)
     if hasattr(mmap, "MADV_NOHUGEPAGE"):
-        made.madvise(mmap.MADV_NOHUGEPAGE)  # else each byte written takes 2 MiB
-    return cast("Bytes", made)
+        zeros.madvise(mmap.MADV_NOHUGEPAGE)  # else each byte written takes 2 MiB
+    return cast("Bytes", zeros)
 
 
 def _pieces(data: Buffer) -> Iterator[tuple[int, bytes]]:
@@ -211,19 +211,19 @@ class Region:
         """Return the start values of these bytes after a reset. MemoryRangeError unless all of them
         exist."""
         self._check(offset, length)
-        found = bytearray(length)
+        content = bytearray(length)
         for start in range(offset // _CHUNK * _CHUNK, offset + length, _CHUNK):
             piece = self._initial.get(start, b"")
             first, end = max(offset, start), min(offset + length, start + len(piece))
             if end > first:
-                found[first - offset : end - offset] = piece[first - start : end - start]
-        return bytes(found)
+                content[first - offset : end - offset] = piece[first - start : end - start]
+        return bytes(content)
 
     def reset(self, *, origin: bool = False) -> None:
         """Restore the initial values: all (`origin`), or all that is not kept (cold)."""
-        kept = [] if origin else [(part, self.data[part]) for part in self._retained_slices]
+        retained = [] if origin else [(part, self.data[part]) for part in self._retained_slices]
         _fill(self.data, self._initial)
-        for part, content in kept:
+        for part, content in retained:
             self.data[part] = content
 
     def begin_again(self) -> None:

@@ -188,17 +188,17 @@ def place_statics(units: Iterable[PlacedUnit], memory: Memory) -> list[PlacedVar
     types = [type(unit.instance).__iec__ for unit in units]
     statics = []
     data = memory[Area.DATA]
-    for found in types_within(types):
-        if not isinstance(found, StructType):
+    for record in types_within(types):
+        if not isinstance(record, StructType):
             continue
-        for variable in found.members:
+        for variable in record.members:
             if not variable.in_memory and variable not in memory.statics:
                 offset = data.allocate(variable.type.size, variable.type.alignment)
                 data.put_initial(offset, variable)
                 if _is_spared(variable):
                     data.keep(offset, variable.type.size)
                 memory.statics[variable] = Place(data.data, offset)
-                name = f"{_owner(found, variable).name}.{variable.name}"
+                name = f"{_owner(record, variable).name}.{variable.name}"
                 statics.append(PlacedVariable(name, variable, Area.DATA, offset, None))
     return statics
 
@@ -226,11 +226,11 @@ def hand_to_blocks(units: Iterable[PlacedUnit], partners: Mapping[object, object
 
     All instances of a block share them.
     """
-    for found in types_within([type(unit.instance).__iec__ for unit in units]):
-        if isinstance(found, StructType) and found.kind is RecordKind.FUNCTION_BLOCK:
-            for name, wanted in _annotations(found.record):
-                if isinstance(wanted, str) and wanted in partners and not found.has_member(name):
-                    setattr(found.record, name, partners[wanted])
+    for block in types_within([type(unit.instance).__iec__ for unit in units]):
+        if isinstance(block, StructType) and block.kind is RecordKind.FUNCTION_BLOCK:
+            for name, wanted in _annotations(block.record):
+                if isinstance(wanted, str) and wanted in partners and not block.has_member(name):
+                    setattr(block.record, name, partners[wanted])
 
 
 def partner_names(cls: type) -> set[str]:

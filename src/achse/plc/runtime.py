@@ -402,9 +402,9 @@ class PlcRuntime:
         except Exception as failure:
             self._fail("the start after an online change failed", failure)
         statics = [] if self.bodies is None else self.bodies.statics
-        made = () if self.bodies is None else self.bodies.instances.made()
+        allocations = () if self.bodies is None else self.bodies.instances.made()
         variables = [*self.variables, *statics]
-        carried = snapshot.restore_values(self.memory, variables, made, moves.renewed)
+        carried = snapshot.restore_values(self.memory, variables, allocations, moves.renewed)
         put_start_values(self.units, self._statics, self.memory, of=PointerType)
         if self.bodies is not None:
             # What FB_init writes to other variables stays: only its own are copied after it.
@@ -504,7 +504,7 @@ class PlcRuntime:
         )
 
         self._abandon()
-        kept = {} if origin else retained_variables(self)
+        retained = {} if origin else retained_variables(self)
         self.memory.reset(origin=origin)
         forget_made(self)
         if self.bodies is not None:
@@ -519,7 +519,7 @@ class PlcRuntime:
             self._start()
         except Exception as failure:
             self._fail("the start after a reset failed", failure)
-        inherit_variables(self, kept)
+        inherit_variables(self, retained)
 
     def _notify_bodies(self, previous: "Bodies | None") -> None:
         if self.bodies is not None and previous is not None:

@@ -29,8 +29,8 @@ class _Named(Protocol):
 
 def lists_of_runtime(tasks: Iterable[_Named]) -> list[type[GlobalVariables]]:
     """Return the lists that a PLC with such tasks declares by itself, for a check."""
-    made = [Task(task.name) for task in tasks] or [Task()]
-    return [system_info_list(made, app_name="", project_name="", port=0, timestamp=0)]
+    runtime_tasks = [Task(task.name) for task in tasks] or [Task()]
+    return [system_info_list(runtime_tasks, app_name="", project_name="", port=0, timestamp=0)]
 
 
 def system_info_list(

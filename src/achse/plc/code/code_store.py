@@ -38,8 +38,8 @@ class CodeStore:
         """
         source = repr((text, places)).encode()
         key = hashlib.blake2b(source, digest_size=_DIGEST_SIZE).digest()
-        found = self._codes.get(key)
-        self._used[key] = code = make(text, places) if found is None else found
+        cached = self._codes.get(key)
+        self._used[key] = code = make(text, places) if cached is None else cached
         return code
 
     def save(self) -> None:
@@ -48,12 +48,12 @@ class CodeStore:
             self._file.save(marshal.dumps(self._used))
 
 
-def _read(kept: bytes | None) -> dict[bytes, CodeType]:
+def _read(content: bytes | None) -> dict[bytes, CodeType]:
     """Return the kept codes; none if they are of another kind."""
-    if kept is None:
+    if content is None:
         return {}
     try:
-        codes = marshal.loads(kept)
+        codes = marshal.loads(content)
     except (ValueError, EOFError, TypeError):
         return {}
     if isinstance(codes, dict) and all(type(each) is CodeType for each in codes.values()):

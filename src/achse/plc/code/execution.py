@@ -309,9 +309,9 @@ class Execution:
         }
 
     def _without_text(self, routine: Routine) -> Callable[..., Any]:
-        found = self._overrides.get(routine.key)
-        if found is not None:
-            return found
+        override = self._overrides.get(routine.key)
+        if override is not None:
+            return override
         why = "it is built in, and this runtime does not have it" if routine.builtin else "no body"
         return lambda *_, **__: _unavailable(f"{routine.name}: {why}")
 
@@ -319,8 +319,8 @@ class Execution:
         """The function of a routine. KeyError if there is none."""
         if key not in self.project.routines:
             raise KeyError(key)
-        found: Callable[..., Any] = self.namespace[self._linker.name_of(key)]
-        return found
+        function: Callable[..., Any] = self.namespace[self._linker.name_of(key)]
+        return function
 
     def observe(self, key: str, listener: "Listener") -> None:
         """Call `listener` with what a routine is called with, each time before it runs.
@@ -352,18 +352,18 @@ class Execution:
     def plain(self, probe: Probe | None = None) -> dict[str, Callable[..., Any]]:
         """The routines with a body as functions of Python, made once more; `probe` for a debug
         build. They are not in use until `replace`."""
-        made: dict[str, Callable[..., Any]] = {}
+        functions: dict[str, Callable[..., Any]] = {}
         self._linker.probe = probe
         try:
             for key, routine in self.project.routines.items():
                 if routine.body is None or key in self._overrides or key in self.left_out:
                     continue
                 lines = emit_routine(routine, self._linker)
-                made[key] = compiled(routine, lines, self.namespace)
+                functions[key] = compiled(routine, lines, self.namespace)
         finally:
             self._linker.probe = None
         self.namespace.update(self._linker.constants)
-        return made
+        return functions
 
     def variant(
         self, key: str, body: TypedStatements
@@ -494,8 +494,8 @@ class Execution:
     def _number_at(self, address: int) -> int:
         if not address:
             raise PlcFault(ExceptionCode.ACCESS_VIOLATION, "a call through address 0")
-        found: int = self.namespace["load_Q" if self._pointer_size == 8 else "load_I"](address)
-        return found
+        number: int = self.namespace["load_Q" if self._pointer_size == 8 else "load_I"](address)
+        return number
 
     def _dispatched(self, address: int, name: str) -> Callable[..., Any]:
         table = self._tables.get(self._number_at(address))
@@ -534,9 +534,9 @@ class Execution:
     def _delete(self, address: int) -> None:
         if not address:
             return
-        held = self.heap.held(address)
-        if held is not None:
-            of, count = held
+        allocation = self.heap.held(address)
+        if allocation is not None:
+            of, count = allocation
             block = self.project.blocks.get(of.name.lower())
             if block is not None and block.exit:
                 routine = self.project.routines.get(block.exit)

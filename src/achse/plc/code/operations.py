@@ -30,16 +30,16 @@ def quotient(left: int, right: int) -> int:
     """Division towards zero. By 0 is DIVIDEBYZERO."""
     if right == 0:
         raise PlcFault(ExceptionCode.DIVIDEBYZERO)
-    found = abs(left) // abs(right)
-    return found if (left < 0) == (right < 0) else -found
+    magnitude = abs(left) // abs(right)
+    return magnitude if (left < 0) == (right < 0) else -magnitude
 
 
 def remainder(left: int, right: int) -> int:
     """MOD with the sign of the left operand; by 0 it is 0."""
     if right == 0:
         return 0
-    found = abs(left) % abs(right)
-    return found if left >= 0 else -found
+    magnitude = abs(left) % abs(right)
+    return magnitude if left >= 0 else -magnitude
 
 
 def rotated(value: int, count: int, width: int) -> int:
@@ -106,14 +106,14 @@ def _quiet_division(left: float, right: float) -> float:
 
 def _loud_division(left: float, right: float) -> float:
     try:
-        found = left / right
+        result = left / right
     except ZeroDivisionError:
         if math.isinf(left):
             return _quiet_division(left, right)
         if left and left == left:
             raise PlcFault(ExceptionCode.FPU_DIVIDEBYZERO) from None
         return _invalid(left)
-    return found if found == found else _invalid(left, right)
+    return result if result == result else _invalid(left, right)
 
 
 def _quiet(function: Callable[..., float], pole: Callable[..., float]) -> Callable[..., float]:
@@ -172,5 +172,5 @@ _MATHEMATICS: dict[str, tuple[Callable[..., float], Callable[..., float]]] = {
 def real_operations(*, exceptions: bool) -> dict[str, Callable[..., Any]]:
     """Names in emitted code that depend on the task option "floating point exceptions"."""
     form = _loud if exceptions else _quiet
-    found = {name: form(*pair) for name, pair in _MATHEMATICS.items()}
-    return {**found, "divided": _loud_division if exceptions else _quiet_division}
+    operations = {name: form(*pair) for name, pair in _MATHEMATICS.items()}
+    return {**operations, "divided": _loud_division if exceptions else _quiet_division}

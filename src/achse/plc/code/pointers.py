@@ -74,10 +74,10 @@ def pointer_operations(views: Views) -> dict[str, Callable[..., Any]]:
     def load_bytes(address: int, size: int) -> bytes:
         view = bytes_of[address >> ADDRESS_BITS] if address >> ADDRESS_BITS < len(bytes_of) else b""
         offset = address & OFFSET_MASK
-        found = bytes(view[offset : offset + size])
-        if len(found) < size or not address:
+        data = bytes(view[offset : offset + size])
+        if len(data) < size or not address:
             raise _violation(address)
-        return found
+        return data
 
     def store_bytes(address: int, value: bytes) -> bytes:
         view: Any = (
@@ -106,11 +106,11 @@ def pointer_operations(views: Views) -> dict[str, Callable[..., Any]]:
 
     def load_wide(address: int, length: int) -> bytes:
         """A WSTRING: up to its NUL."""
-        found = load_bytes(address, length)
-        end = found.find(b"\0\0")
+        data = load_bytes(address, length)
+        end = data.find(b"\0\0")
         while end % 2 and end > 0:
-            end = found.find(b"\0\0", end + 1)
-        return found if end < 0 else found[:end]
+            end = data.find(b"\0\0", end + 1)
+        return data if end < 0 else data[:end]
 
     def store_text(address: int, value: bytes) -> bytes:
         store_bytes(address, value + b"\0")

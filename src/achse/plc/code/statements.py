@@ -195,12 +195,12 @@ class StatementWriter:
     # choices and loops -----------------------------------------------------------------------
 
     def _selection(self, statement: nodes.LoweredSelection) -> None:
-        lines, held = self._lines, self._of.temporary()
-        lines.add(f"{held} = {self._of.exact_value(statement.selector).text}")
+        lines, selector = self._lines, self._of.temporary()
+        lines.add(f"{selector} = {self._of.exact_value(statement.selector).text}")
         branches = []
         for choice in statement.cases:
             tests = [
-                f"{held} == {low}" if low == high else f"{low} <= {held} <= {high}"
+                f"{selector} == {low}" if low == high else f"{low} <= {selector} <= {high}"
                 for low, high in choice.labels
             ]
             test = partial(str, " or ".join(tests))
@@ -293,13 +293,13 @@ class StatementWriter:
     def _try(self, statement: nodes.LoweredTry) -> None:
         lines, of = self._lines, self._of
         self._depth += 2
-        held = of.temporary()
+        caught_error = of.temporary()
         with lines.within("try:"):
             self.block("try:", statement.body)
-            with lines.within(f"except CATCHABLE as {held}:"):
-                lines.add(f"caught({held})")
+            with lines.within(f"except CATCHABLE as {caught_error}:"):
+                lines.add(f"caught({caught_error})")
                 if statement.code is not None:
-                    code = CodeExpression(f"code_of({held})", low=0, high=0xFFFF_FFFF)
+                    code = CodeExpression(f"code_of({caught_error})", low=0, high=0xFFFF_FFFF)
                     lines.add(of.storages.store_statement(statement.code, code))
                 self.list_of(statement.handler)
         self.block("finally:", statement.final)

@@ -199,14 +199,16 @@ class Storages:
             value = _held(place.type, value)
             return CodeExpression(f"({name} := {value.text})", ATOM, value.low, value.high)
         mask = 1 << place.offset * 8 + place.bit
-        held = self._of.temporary()
+        temporary = self._of.temporary()
         piece = CodeExpression(
-            f"{name} | {mask} if ({held} := {value.text}) else {name} & {~mask}",
+            f"{name} | {mask} if ({temporary} := {value.text}) else {name} & {~mask}",
             Precedence.CHOICE,
             -(1 << 64),
             1 << 64,
         )
-        return CodeExpression(f"({name} := {exact(piece, counted(whole_type)).text}, {held})[-1]")
+        return CodeExpression(
+            f"({name} := {exact(piece, counted(whole_type)).text}, {temporary})[-1]"
+        )
 
 
 def ranged(text: str, type: IecType[Any] | None) -> CodeExpression:

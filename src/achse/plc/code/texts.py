@@ -68,10 +68,10 @@ def _replace(text: bytes, other: bytes, length: int, position: int, unit: int) -
 def _find(text: bytes, other: bytes, unit: int) -> int:
     if not other:
         return 0
-    found = text.find(other)
-    while found % unit and found > 0:
-        found = text.find(other, found + 1)
-    return found // unit + 1 if found >= 0 else 0
+    position = text.find(other)
+    while position % unit and position > 0:
+        position = text.find(other, position + 1)
+    return position // unit + 1 if position >= 0 else 0
 
 
 def _length(text: bytes, unit: int) -> int:
@@ -146,16 +146,16 @@ def text_read(text: bytes, source: StringType, target: IecType[Any]) -> Any:
     if isinstance(target, BoolType):
         return written.startswith(("TRUE", "true"))
     if isinstance(target, RealType):
-        found = _REAL.match(written)
-        value = float(found[1]) if found else 0.0
+        match = _REAL.match(written)
+        value = float(match[1]) if match else 0.0
         return value if target is LREAL else single(value)
     if isinstance(target, TimeType):
         return _time_read(written.strip(), target)
-    found = _WHOLE.match(written)
-    if found is None:
+    match = _WHOLE.match(written)
+    if match is None:
         return 0
-    digits = int(found[3].replace("_", "") or "0", int(found[2])) if found[2] else int(found[4])
-    count = (-digits if found[1] == "-" else digits) & (1 << 8 * target.size) - 1
+    digits = int(match[3].replace("_", "") or "0", int(match[2])) if match[2] else int(match[4])
+    count = (-digits if match[1] == "-" else digits) & (1 << 8 * target.size) - 1
     signed = isinstance(target, IntegerType) and target.low < 0
     return count - (1 << 8 * target.size) if signed and count >> 8 * target.size - 1 else count
 
@@ -164,13 +164,13 @@ def _time_read(text: str, target: TimeType[Any]) -> int:
     if "#" not in text:
         return 0
     try:
-        found = literal_value(text)
+        literal = literal_value(text)
     except (IecError, Unexpected, ValueError):
         return 0
-    value = found.value
-    if not isinstance(found.type, TimeType) or not isinstance(value, int):
+    value = literal.value
+    if not isinstance(literal.type, TimeType) or not isinstance(value, int):
         return 0
-    return value & (1 << 8 * target.size) - 1 if found.type.name == target.name else 0
+    return value & (1 << 8 * target.size) - 1 if literal.type.name == target.name else 0
 
 
 TEXTS: dict[str, Callable[..., Any]] = {

@@ -24,8 +24,8 @@ OFFSET_MASK = (1 << ADDRESS_BITS) - 1
 
 
 def _cast(view: "memoryview[Any]", code: Format) -> "memoryview[Any]":
-    found: memoryview[Any] = view.cast(code)
-    return found
+    typed: memoryview[Any] = view.cast(code)
+    return typed
 
 
 _NOTHING: "dict[str, memoryview[Any]]" = {

@@ -21,14 +21,14 @@ def _record(file: FileCoverage) -> Iterator[str]:
         yield f"FNDA:{routine.calls},{routine.name}"
     yield f"FNF:{len(file.routines)}"
     yield f"FNH:{sum(routine.calls > 0 for routine in file.routines)}"
-    found = hit = 0
+    total = hit = 0
     for line, branches in file.branches.items():
         reached = {one.decision for one in branches if one.hits}
         for number, one in enumerate(branches):
             taken = one.hits if one.decision in reached else "-"
             yield f"BRDA:{line},{one.decision},{number},{taken}"
-            found, hit = found + 1, hit + (one.hits > 0)
-    yield f"BRF:{found}"
+            total, hit = total + 1, hit + (one.hits > 0)
+    yield f"BRF:{total}"
     yield f"BRH:{hit}"
     yield from _conditions(file)
     for line, hits in file.lines.items():
@@ -40,7 +40,7 @@ def _record(file: FileCoverage) -> Iterator[str]:
 
 def _conditions(file: FileCoverage) -> Iterator[str]:
     """Records of MC/DC, which lcov knows from 2.2 on; none without conditions."""
-    found = hit = 0
+    total = hit = 0
     for line, decisions in file.decisions.items():
         sizes: dict[int, int] = {}
         for decision in decisions:
@@ -53,7 +53,7 @@ def _conditions(file: FileCoverage) -> Iterator[str]:
                 for sense, times in (("t", one.alone_true), ("f", one.alone_false)):
                     taken = times if one.is_shown or not (one.alone_true and one.alone_false) else 0
                     yield f"MCDC:{line},{size},{sense},{taken},{index},{one.name}"
-                    found, hit = found + 1, hit + (taken > 0)
-    if found:
-        yield f"MCF:{found}"
+                    total, hit = total + 1, hit + (taken > 0)
+    if total:
+        yield f"MCF:{total}"
         yield f"MCH:{hit}"

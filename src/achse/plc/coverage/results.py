@@ -92,16 +92,16 @@ class RoutineCoverage:
         """Gaps: lines, places of drawings, branches."""
         unseen = [one for one in self.statements if not one.hits]
         lines = sorted({one.line for one in unseen if not one.place})
-        found = list(_ranges(lines))
-        found += dict.fromkeys(one.place for one in unseen if one.place)
+        gaps = list(_ranges(lines))
+        gaps += dict.fromkeys(one.place for one in unseen if one.place)
         for one in self.branches:
             if not one.hits and (one.place or one.line not in lines):
-                found.append(f"{one.place or one.line} {one.name}")
+                gaps.append(f"{one.place or one.line} {one.name}")
         for decision in self.decisions:
             if decision.seen:  # else its statement is named
                 where = decision.place or decision.line
-                found += [f"{where} {one.gap}" for one in decision.conditions if one.gap]
-        return found
+                gaps += [f"{where} {one.gap}" for one in decision.conditions if one.gap]
+        return gaps
 
 
 @dataclass(frozen=True)
@@ -120,32 +120,32 @@ class FileCoverage:
     def lines(self) -> dict[int, int]:
         """Hits of each line that has a statement, of several the least; of one that has only an
         ELSIF the number of times that it was evaluated."""
-        found: dict[int, int] = {}
+        hits: dict[int, int] = {}
         for routine in self.routines:
             for one in routine.statements:
-                found[one.line] = min(found.get(one.line, one.hits), one.hits)
+                hits[one.line] = min(hits.get(one.line, one.hits), one.hits)
         for line, branches in self.branches.items():
-            if line not in found:
-                found[line] = sum(one.hits for one in branches if one.decision == 0)
-        return dict(sorted(found.items()))
+            if line not in hits:
+                hits[line] = sum(one.hits for one in branches if one.decision == 0)
+        return dict(sorted(hits.items()))
 
     @cached_property
     def branches(self) -> dict[int, list[BranchHits]]:
         """Branches by line."""
-        found: dict[int, list[BranchHits]] = {}
+        by_line: dict[int, list[BranchHits]] = {}
         for routine in self.routines:
             for one in routine.branches:
-                found.setdefault(one.line, []).append(one)
-        return dict(sorted(found.items()))
+                by_line.setdefault(one.line, []).append(one)
+        return dict(sorted(by_line.items()))
 
     @cached_property
     def decisions(self) -> dict[int, list[DecisionHits]]:
         """Decisions of two conditions or more, by line."""
-        found: dict[int, list[DecisionHits]] = {}
+        by_line: dict[int, list[DecisionHits]] = {}
         for routine in self.routines:
             for one in routine.decisions:
-                found.setdefault(one.line, []).append(one)
-        return dict(sorted(found.items()))
+                by_line.setdefault(one.line, []).append(one)
+        return dict(sorted(by_line.items()))
 
 
 @dataclass(frozen=True)
@@ -188,7 +188,7 @@ def measured(
     """
     sources: dict[str, Source] = {}
     texts: dict[Source, ConditionTexts] = {}
-    found: dict[str, dict[str, RoutineCoverage]] = {}
+    by_path: dict[str, dict[str, RoutineCoverage]] = {}
     for of_plc in counters:
         for covered in of_plc:
             source = covered.routine.source
@@ -196,7 +196,7 @@ def measured(
                 continue
             path = path_of(source.path)
             sources.setdefault(path, source)
-            rows = found.setdefault(path, {})
+            rows = by_path.setdefault(path, {})
             if source not in texts:
                 texts[source] = ConditionTexts(source)
             row = _routine(covered, of_plc, texts[source])
@@ -207,7 +207,7 @@ def measured(
             FileCoverage(
                 path, sources[path], tuple(sorted(rows.values(), key=lambda row: row.line))
             )
-            for path, rows in sorted(found.items())
+            for path, rows in sorted(by_path.items())
         )
     )
 
@@ -246,23 +246,23 @@ def _routine(
 def _by_place(statements: Iterable[StatementHits]) -> tuple[StatementHits, ...]:
     """The statements; those that a place of a drawing has become are one, which has run as often
     as the least of them."""
-    found: dict[object, StatementHits] = {}
+    by_place: dict[object, StatementHits] = {}
     for number, one in enumerate(statements):
         key = one.place or number
-        known = found.get(key)
-        found[key] = one if known is None or one.hits < known.hits else known
-    return tuple(found.values())
+        known = by_place.get(key)
+        by_place[key] = one if known is None or one.hits < known.hits else known
+    return tuple(by_place.values())
 
 
 def _ways(branches: Iterable[BranchHits]) -> tuple[BranchHits, ...]:
     """The branches; those of one name at a place of a drawing are one, the most taken of them."""
-    found: dict[object, BranchHits] = {}
+    by_place: dict[object, BranchHits] = {}
     for number, one in enumerate(branches):
         key = (one.place, one.name) if one.place else number
-        known = found.get(key)
+        known = by_place.get(key)
         hits = one.hits if known is None else max(one.hits, known.hits)
-        found[key] = replace(one, hits=hits, decision=0 if one.place else one.decision)
-    return tuple(found.values())
+        by_place[key] = replace(one, hits=hits, decision=0 if one.place else one.decision)
+    return tuple(by_place.values())
 
 
 def _sum(one: RoutineCoverage, other: RoutineCoverage) -> RoutineCoverage:

@@ -102,21 +102,21 @@ class DebugBuild:
             lines = self._lines[known]
             first = bisect_left(lines, (line, 0))
             if first < len(lines):
-                found = lines[first][0]
-                return known, found, frozenset(n for at, n in lines if at == found)
+                first_line = lines[first][0]
+                return known, first_line, frozenset(n for at, n in lines if at == first_line)
         return None
 
 
 def matching_paths(path: str, known: Iterable[str]) -> list[str]:
     """The known paths that may be meant, the likeliest first."""
     wanted = _parts(path)
-    found: list[tuple[int, str]] = []
+    ranked: list[tuple[int, str]] = []
     for one in known:
         parts = _parts(one)
         shared = min(len(parts), len(wanted))
         if shared and parts[-shared:] == wanted[-shared:]:
-            found.append((-shared, one))
-    return [one for _, one in sorted(found)]
+            ranked.append((-shared, one))
+    return [one for _, one in sorted(ranked)]
 
 
 def _parts(path: str) -> list[str]:

@@ -236,11 +236,11 @@ class Debugger:
         self._aim()
 
     def _place(self, breakpoint: Breakpoint) -> None:
-        found = self.build.at(breakpoint.path, breakpoint.line)
-        breakpoint.is_found = found is not None
+        place = self.build.at(breakpoint.path, breakpoint.line)
+        breakpoint.is_found = place is not None
         breakpoint.marks = frozenset()
         breakpoint.message = ""
-        if found is None:
+        if place is None:
             known = matching_paths(breakpoint.path, self.build.paths)
             breakpoint.message = (
                 f"no statement at line {breakpoint.line} or after it"
@@ -248,7 +248,7 @@ class Debugger:
                 else f"no file of this PLC with statements is named {breakpoint.path!r}"
             )
         else:
-            breakpoint.found_path, breakpoint.found_line, breakpoint.marks = found
+            breakpoint.found_path, breakpoint.found_line, breakpoint.marks = place
             mark = self.build.mark(min(breakpoint.marks))
             breakpoint.found_place = "" if mark is None else mark.place
 
@@ -372,7 +372,7 @@ class Debugger:
 
     def _hits(self, call: CallRecord) -> tuple[list[Breakpoint], str]:
         """The breakpoints that stop here, and what is wrong with a condition."""
-        found, text = [], ""
+        hits, text = [], ""
         for breakpoint in self._at.get(call[0], ()):
             if breakpoint.condition:
                 try:
@@ -384,8 +384,8 @@ class Debugger:
                     text = f"condition {breakpoint.condition!r}: {failure}"
             breakpoint.hits += 1
             if breakpoint.hits >= breakpoint.hits_wanted:
-                found.append(breakpoint)
-        return found, text
+                hits.append(breakpoint)
+        return hits, text
 
     def _is_step(self, mark: Mark) -> bool:
         step = self._step
@@ -456,7 +456,7 @@ class Debugger:
         """The calls of the cycle that stands still, the innermost first; at most 200."""
         if self.stop is None:
             return []
-        found = []
+        calls = []
         for number, call in enumerate(reversed(self._stack[-_MOST_CALLS:])):
             routine = self.build.routine(call[1])
             mark = self.build.mark(call[0])
@@ -465,8 +465,8 @@ class Debugger:
             view = CallView(routine, call[2], call[3])
             drawn = "" if mark is None else mark.place
             is_library = self._is_library(path)
-            found.append(DebugCall(number, routine, path, line, view, is_library, drawn))
-        return found
+            calls.append(DebugCall(number, routine, path, line, view, is_library, drawn))
+        return calls
 
     def view(self, number: int = 0) -> CallView | None:
         """The call of that number; None while all is running. Raises `DebugError`."""

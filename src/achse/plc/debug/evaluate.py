@@ -146,10 +146,12 @@ class _Evaluation:
         names = self._names
         match tree:
             case Literal(_, text):
-                found = literal_value(text)
-                if not found.enum:
-                    return found.value
-                return self._spot_or_number(names.member_of(found.enum.lower(), str(found.value)))
+                literal = literal_value(text)
+                if not literal.enum:
+                    return literal.value
+                return self._spot_or_number(
+                    names.member_of(literal.enum.lower(), str(literal.value))
+                )
             case Name(name):
                 return self._variable(names.find(name, self._view), name)
             case GlobalName(name):
@@ -177,13 +179,13 @@ class _Evaluation:
                 return self._binary(operator.upper(), left, right)
         raise EvaluationError(f"{type(tree).__name__.lower()} is not evaluated here")
 
-    def _variable(self, found: DebugSpot | str, name: str) -> DebugSpot:
-        if isinstance(found, str):
+    def _variable(self, owner: DebugSpot | str, name: str) -> DebugSpot:
+        if isinstance(owner, str):
             raise EvaluationError(f"{name} is not a variable")
-        return found
+        return owner
 
-    def _spot_or_number(self, found: DebugSpot | int) -> Value:
-        return found
+    def _spot_or_number(self, member: DebugSpot | int) -> Value:
+        return member
 
     def _owner(self, tree: Expression) -> DebugSpot | str:
         """A variable, or the name of a unit or enumeration, also behind a name space."""
@@ -196,17 +198,17 @@ class _Evaluation:
                 return self._names.find(tree.name, None)
             if isinstance(owner, DebugSpot):
                 return self._names.member(owner, tree.name)
-            found = self._names.member_of(owner, tree.name)
-            if isinstance(found, DebugSpot):
-                return found
+            member = self._names.member_of(owner, tree.name)
+            if isinstance(member, DebugSpot):
+                return member
             raise EvaluationError(f"{tree.name} has no members")
         return self._spot(tree)
 
     def _spot(self, tree: Expression) -> DebugSpot:
-        found = self.value(tree)
-        if not isinstance(found, DebugSpot):
+        value = self.value(tree)
+        if not isinstance(value, DebugSpot):
             raise EvaluationError("a variable is expected here")
-        return found
+        return value
 
     def _part(self, spot: DebugSpot, width: str, number: int) -> Value:
         bits = {"": 1, "X": 1, "B": 8, "W": 16, "D": 32}.get(width.upper(), 1)
@@ -226,8 +228,8 @@ class _Evaluation:
     # values ----------------------------------------------------------------------------------
 
     def _plain(self, tree: Expression) -> int | float | bool | str:
-        found = self.value(tree)
-        return self._number(found) if isinstance(found, DebugSpot) else found
+        value = self.value(tree)
+        return self._number(value) if isinstance(value, DebugSpot) else value
 
     def _number(self, spot: DebugSpot) -> int | float | bool | str:
         real = resolved(spot.type)

@@ -113,10 +113,10 @@ class DebugNames:
 
     def at(self, name: str, type: IecType[Any], address: int) -> DebugSpot:
         """Return the variable at an address. Raises NotThere if no memory is there."""
-        found = self._plc.memory.at(address) if address > 0 else None
-        if found is None or found[1] + type.size > len(found[0].data):
+        place = self._plc.memory.at(address) if address > 0 else None
+        if place is None or place[1] + type.size > len(place[0].data):
             raise NotThere(f"{name}: no memory at address 16#{address:X}")
-        region, offset = found
+        region, offset = place
         return DebugSpot(name, type, region.data, offset)
 
     # scopes ----------------------------------------------------------------------------------
@@ -124,15 +124,15 @@ class DebugNames:
     def locals(self, view: CallView) -> list[DebugSpot]:
         """Variables of the frame."""
         fields = view.routine.frame.fields
-        found = (self._in_frame(field.name.lower(), view) for field in fields)
-        return [spot for spot in found if spot is not None]
+        spots = (self._in_frame(field.name.lower(), view) for field in fields)
+        return [spot for spot in spots if spot is not None]
 
     def instance(self, view: CallView) -> list[DebugSpot]:
         """Variables of the function block."""
         if view.routine.this is None or not view.this:
             return []
-        found = (self._in_this(one.name.lower(), view) for one in view.routine.this.members)
-        return [spot for spot in found if spot is not None]
+        spots = (self._in_this(one.name.lower(), view) for one in view.routine.this.members)
+        return [spot for spot in spots if spot is not None]
 
     def unit(self, name: str) -> list[DebugSpot]:
         """Variables of a program or list."""
@@ -148,9 +148,9 @@ class DebugNames:
         real = resolved(spot.type)
         if isinstance(real, StructType):
             for member in real.members[start : start + count]:
-                found = self._member(spot, member)
-                if found is not None:
-                    yield found
+                child = self._member(spot, member)
+                if child is not None:
+                    yield child
         elif isinstance(real, ArrayType):
             for index in range(start, min(start + count, real.count)):
                 yield self._element(spot, real, index)
@@ -167,9 +167,9 @@ class DebugNames:
         spot = self._through(spot)
         real = resolved(spot.type)
         if isinstance(real, StructType) and real.has_member(name):
-            found = self._member(spot, real.member(name))
-            if found is not None:
-                return found
+            member = self._member(spot, real.member(name))
+            if member is not None:
+                return member
         raise NotThere(f"{spot.name} has no {name!r}")
 
     def element(self, spot: DebugSpot, indices: list[int]) -> DebugSpot:
@@ -228,15 +228,15 @@ class DebugNames:
             if place is None:
                 return None
             return DebugSpot(member.name, member.type, place.buffer, place.offset, place.bit)
-        found = DebugSpot(
+        spot_of_member = DebugSpot(
             member.name, member.type, spot.data, spot.offset + member.offset, member.bit
         )
         if isinstance(resolved(member.type), ReferenceType):
             try:
-                return self.follow(found)._replace(name=member.name)
+                return self.follow(spot_of_member)._replace(name=member.name)
             except NotThere:
-                return found
-        return found
+                return spot_of_member
+        return spot_of_member
 
     def _element(self, spot: DebugSpot, type: ArrayType[Any], number: int) -> DebugSpot:
         rest, subscripts = number, []
@@ -277,9 +277,7 @@ class DebugNames:
     def _enums(self) -> Mapping[str, EnumType[Any]]:
         units = [type(unit.instance).__iec__ for unit in self._plc.units]
         return {
-            found.name.lower(): found
-            for found in types_within(units)
-            if isinstance(found, EnumType)
+            enum.name.lower(): enum for enum in types_within(units) if isinstance(enum, EnumType)
         }
 
 

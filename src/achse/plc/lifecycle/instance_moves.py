@@ -97,13 +97,13 @@ def unit_variable(node: object) -> str:
         parts = (getattr(node, field.name) for field in fields(node))
     else:
         return ""
-    return next((found for found in map(unit_variable, parts) if found), "")
+    return next((name for name in map(unit_variable, parts) if name), "")
 
 
 def layouts(units: Iterable[PlacedUnit]) -> Mapping[str, StructType[Any]]:
     """The records that units are made of or point to, by name in lower case."""
     return {
-        found.name.lower(): found
-        for found in types_within([unit.instance.__iec__ for unit in units])
-        if isinstance(found, StructType)
+        type.name.lower(): type
+        for type in types_within([unit.instance.__iec__ for unit in units])
+        if isinstance(type, StructType)
     }

@@ -46,20 +46,20 @@ def _reflects(type: StructType[Any]) -> bool:
 def _asks(type: IecType[Any], known: dict[int, bool]) -> bool:
     """Return True if a variable inside a type gets an instance path."""
     real = resolved(type)
-    found = known.get(id(real))
-    if found is None:
+    has_path = known.get(id(real))
+    if has_path is None:
         if isinstance(real, ArrayType):
-            found = _asks(real.element, known)
+            has_path = _asks(real.element, known)
         elif isinstance(real, StructType):
             is_block = real.kind is RecordKind.FUNCTION_BLOCK and _reflects(real)
-            found = any(
+            has_path = any(
                 (is_block and _is_path(member)) or _asks(member.type, known)
                 for member in real.fields
             )
         else:
-            found = False
-        known[id(real)] = found
-    return found
+            has_path = False
+        known[id(real)] = has_path
+    return has_path
 
 
 def _texts(

@@ -88,11 +88,11 @@ class InstanceLifecycle:
         if not block:
             return [()]
         wanted = self._project.blocks[block].type.name
-        found: list[tuple[int, ...]] = []
+        arguments: list[tuple[int, ...]] = []
         for placed in self._variables:
             start = self._memory.address(placed.area, placed.offset)
-            found += [(start + offset,) for offset in _places_of(wanted, placed.variable.type)]
-        return found
+            arguments += [(start + offset,) for offset in _places_of(wanted, placed.variable.type)]
+        return arguments
 
     def exit(self, moves: InstanceMoves) -> None:
         """Run FB_exit of the instances that an online change ends."""

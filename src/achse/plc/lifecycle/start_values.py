@@ -69,10 +69,10 @@ class _Start:
         return self._spot(self._names[name.lower()])
 
     def read(self, address: int, size: int) -> bytes:
-        found = self._memory.at(address)
-        if found is None:
+        place = self._memory.at(address)
+        if place is None:
             raise LookupError(address)
-        region, offset = found
+        region, offset = place
         return region.read(offset, size)
 
     def _spot(self, placed: PlacedVariable) -> PointedValue:
@@ -144,16 +144,16 @@ class _Start:
     def _is_concerned(self, type: IecType[Any]) -> bool:
         """Return True if a member of a type has a start value."""
         real = resolved(type)
-        found = self._concerned.get(id(real))
-        if found is None:
+        is_concerned = self._concerned.get(id(real))
+        if is_concerned is None:
             if isinstance(real, ArrayType):
-                found = self._is_concerned(real.element)
+                is_concerned = self._is_concerned(real.element)
             else:
-                found = isinstance(real, StructType) and any(
+                is_concerned = isinstance(real, StructType) and any(
                     member.start_values or self._is_concerned(member.type) for member in real.fields
                 )
-            self._concerned[id(real)] = found
-        return found
+            self._concerned[id(real)] = is_concerned
+        return is_concerned
 
     def _put(self, start: StartValue, spot: PointedValue, own: PointedValue) -> None:
         try:
@@ -165,9 +165,9 @@ class _Start:
         self._write(spot._replace(address=spot.address + start.offset), bit, data)
 
     def _write(self, spot: PointedValue, bit: int | None, data: bytes) -> None:
-        found = self._memory.at(spot.address)
-        assert found is not None
-        region, offset = found
+        place = self._memory.at(spot.address)
+        assert place is not None
+        region, offset = place
         if bit is None:
             region.write(offset, data)
         else:

@@ -70,10 +70,10 @@ class StaticInstances:
         for offset, record in _records(type):
             block = self._project.blocks.get(record.name.lower())
             if block is not None and record.kind is RecordKind.FUNCTION_BLOCK:
-                found = self._memory.at(address + offset)
-                assert found is not None
+                place = self._memory.at(address + offset)
+                assert place is not None
                 number = block.number.to_bytes(record.rules.pointer_size, "little")
-                found[0].write(found[1], number)
+                place[0].write(place[1], number)
             for member in record.fields:
                 self._write_headers(member.type, address + offset + member.offset)
 

@@ -90,9 +90,9 @@ class CallLowering(PlaceLowering):
         if not outputs:
             return [nodes.RoutineCall(routine, entry, instance, arguments, (), call.type)], None
         result = self.temporary(call.type)
-        given = (result, *outputs.values())
+        targets = (result, *outputs.values())
         effects: list[nodes.LoweredValue] = [
-            nodes.RoutineCall(routine, entry, instance, arguments, given, call.type)
+            nodes.RoutineCall(routine, entry, instance, arguments, targets, call.type)
         ]
         self.callees.append(PresentCallee(None, outputs))
         effects += [self.store(one.storage, one.value, alone=False) for one in call.outputs]
@@ -104,8 +104,10 @@ class CallLowering(PlaceLowering):
     ) -> tuple[tuple[Variable[Any, Any], nodes.LoweredValue], ...]:
         """All arguments, in the order they are evaluated; left out ones start as declared."""
         parameters = {parameter.offset: parameter for parameter in parameters_of(routine)}
-        given = [parameters.pop(one.storage.offset) for one in inputs]
-        arguments = zip(given, self.operands(one.value for one in inputs), strict=True)
+        parameters_in_order = [parameters.pop(one.storage.offset) for one in inputs]
+        arguments = zip(
+            parameters_in_order, self.operands(one.value for one in inputs), strict=True
+        )
         missing = [(one, initial_value(routine, one)) for one in parameters.values()]
         return (*arguments, *missing)
 

@@ -102,10 +102,10 @@ class RoutineCounters:
 
     def values(self, counts: Sequence[int] | Mapping[int, int]) -> dict[int, int]:
         """Values of the counters of the routine and of its `sums`, by their numbers."""
-        found = {number: counts[number] for number in range(self.first, self.first + self.size)}
+        values = {number: counts[number] for number in range(self.first, self.first + self.size)}
         for number, tally in enumerate(self.sums, 1):
-            found[-number] = tally.of(found)
-        return found
+            values[-number] = tally.of(values)
+        return values
 
     def statement(self, at: int, tally: Tally) -> None:
         """Note how often a statement begins."""

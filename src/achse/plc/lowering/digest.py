@@ -21,31 +21,31 @@ def project_digest(
 ) -> str:
     """Digest of all inputs of the typed form (`achse.st.check.origin`), the types and places of all
     variables, and the options of lowering."""
-    found = hashlib.blake2b(digest_size=20)
+    digest = hashlib.blake2b(digest_size=20)
     options = f"{exceptions} {conditions} {sorted((counted or {}).items())}"
-    found.update(f"{options} {sorted(by_python)} {project.origin}".encode())
-    found.update(repr([len(placement.memory[area]) for area in Area]).encode())
+    digest.update(f"{options} {sorted(by_python)} {project.origin}".encode())
+    digest.update(repr([len(placement.memory[area]) for area in Area]).encode())
     sources: dict[int, int] = {}
     for key, routine in project.routines.items():
         source = routine.source
         sources.setdefault(id(source), len(sources))
         statements = [one.at for one in routine.body] if routine.body is not None else None
         frame = [(each.name, each.offset, each.type.name) for each in routine.frame.fields]
-        found.update(
+        digest.update(
             f"{key} {routine.kind} {routine.at} {sources[id(source)]} {statements} {frame}"
             f" {sorted(routine.addressed)}".encode()
         )
-        found.update(routine.frame.default)
+        digest.update(routine.frame.default)
     for placed in variables:
         spot = f"{placed.name} {placed.area} {placed.offset} {placed.bit}"
-        found.update(f"{spot} {placed.variable.type.guid!r}".encode())
+        digest.update(f"{spot} {placed.variable.type.guid!r}".encode())
     for static in project.statics:
-        found.update(f"{static.owner} {static.variable.name} {placement.spot(static)}".encode())
+        digest.update(f"{static.owner} {static.variable.name} {placement.spot(static)}".encode())
     for block in project.blocks.values():
         table = sorted(block.table.items())
-        found.update(f"{block.type.name} {block.number} {block.type.guid!r} {table}".encode())
+        digest.update(f"{block.type.name} {block.number} {block.type.guid!r} {table}".encode())
     for record in project.records.values():
-        found.update(f"{record.type.name} {record.type.guid!r}".encode())
+        digest.update(f"{record.type.name} {record.type.guid!r}".encode())
     for unit in project.units.values():
-        found.update(unit.type.default)
-    return found.hexdigest()
+        digest.update(unit.type.default)
+    return digest.hexdigest()

@@ -87,10 +87,10 @@ class StatementLowering(ValueLowering):
         at, counters = self._decides_at, self.counters
         if at is None or counters is None or not isinstance(value, Computed | Shortcut):
             return super().value(value)
-        found = shape_of(value)
-        if found is None or found[0].count > MOST_CONDITIONS:
+        decision = shape_of(value)
+        if decision is None or decision[0].count > MOST_CONDITIONS:
             return super().value(value)
-        shape, conditions = found
+        shape, conditions = decision
         vector, first = self.temporary(LINT), counters.new(1 << shape.count)
         places = tuple(one.at for one in conditions)
         counters.decisions.append(DecisionPoint(at, shape, places, first))

@@ -105,8 +105,8 @@ class ValueLowering(CallLowering):
         low, number, high = self.operands(value.operands)
         effects: tuple[nodes.LoweredValue, ...] = ()
         if not isinstance(low, Known):
-            kept = self.temporary(type)
-            effects, low = (nodes.Keep(kept, low),), kept
+            temporary = self.temporary(type)
+            effects, low = (nodes.Keep(temporary, low),), temporary
         least, most = Operator.MAX, Operator.MIN
         if isinstance(type, BoolType):
             least, most = Operator.OR, Operator.AND

@@ -30,12 +30,12 @@ def machine_code(
 ) -> bytes:
     """The object file of a project; of one with a digest, what is in the cache will do. `counted`
     has the number of the first of all `counters` for each routine whose statements count."""
-    kept: ObjectCache | None = None
+    cache: ObjectCache | None = None
     if digest:
         of_all = hashlib.blake2b(_own_code(), digest_size=20)
         of_all.update(f"{identity()} {digest}".encode())
-        kept = ObjectCache(_NAME, of_all.hexdigest())
-        content = kept.load()
+        cache = ObjectCache(_NAME, of_all.hexdigest())
+        content = cache.load()
         if content is not None:
             return content
     module = ProjectTranslator(
@@ -48,17 +48,17 @@ def machine_code(
         conditions=conditions,
     )
     content = compile_module(module.translated(), Effort.FAST)
-    if kept is not None:
-        kept.save(content)
+    if cache is not None:
+        cache.save(content)
     return content
 
 
 @cache
 def _own_code() -> bytes:
     """A hash of our own part in what comes out: parser, checker, types, front and back end."""
-    found = hashlib.blake2b()
+    digest = hashlib.blake2b()
     root = Path(__file__).parents[2]
     for room in ("iec", "st", "plc", "native/backend"):
         for file in sorted((root / room).rglob("*.py")):
-            found.update(file.read_bytes())
-    return found.digest()
+            digest.update(file.read_bytes())
+    return digest.digest()

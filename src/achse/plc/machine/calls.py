@@ -69,25 +69,27 @@ class CallTranslator:
             results = b.call(of.module.function(call.routine.key), *arguments)
         else:
             results = b.call_at(target, _like(signature), *arguments)
-        given = self._given(result, results, room)
+        result_value = self._given(result, results, room)
         if call.outputs:
             parts = zip(signature.outputs, places, strict=True)
-            values = (given, *[self._read(*part) for part in parts])
+            values = (result_value, *[self._read(*part) for part in parts])
             for output, value in zip(call.outputs, values, strict=True):
                 of.temporaries[output.number] = value
-        return given
+        return result_value
 
     def _inputs(self, signature: RoutineSignature, call: RoutineCall) -> list[Operand]:
         """The arguments, computed in the order they are given."""
         of = self._of
-        given = {variable.offset: words_of(of.value(value)) for variable, value in call.arguments}
-        found: list[Operand] = []
+        arguments = {
+            variable.offset: words_of(of.value(value)) for variable, value in call.arguments
+        }
+        operands: list[Operand] = []
         for part in signature.inputs:
-            words = given[part.offset]
+            words = arguments[part.offset]
             if part.kind is PartKind.NUMBER:
                 words = [of.at_type(words[0], machine_type(part.type))]
-            found += words
-        return found
+            operands += words
+        return operands
 
     def _given(
         self, result: SignaturePart | None, results: tuple[Operand, ...], room: Operand | None
@@ -130,17 +132,19 @@ class CallTranslator:
         size = of.module.pointer_size
         kind = U64 if size == U64.size else U32
         (place,) = b.call(of.module.support.locate, instance, b.constant(I64, size))
-        found = b.variable(ADDRESS)
-        b.set(found, Operand(ADDRESS, "null"))
+        target = b.variable(ADDRESS)
+        b.set(target, Operand(ADDRESS, "null"))
         there, known, end = b.label(), b.label(), b.label()
         b.branch(b.compare(Relation.NOT_EQUAL, place, Operand(ADDRESS, "null")), there, end)
         b.begin(there)
         number = b.load(kind, place)
         b.branch(b.compare(Relation.LESS, number, b.constant(kind, length)), known, end)
         b.begin(known)
-        b.set(found, b.load(ADDRESS, table, b.multiply(b.convert(number, U64), b.constant(U64, 8))))
+        b.set(
+            target, b.load(ADDRESS, table, b.multiply(b.convert(number, U64), b.constant(U64, 8)))
+        )
         b.begin(end)
-        got = b.get(found)
+        got = b.get(target)
         missing, good = b.label(), b.label()
         b.branch(b.compare(Relation.EQUAL, got, Operand(ADDRESS, "null")), missing, good)
         b.begin(missing)

@@ -100,10 +100,10 @@ class ExpressionTranslator:
 
     def area(self, area: Area) -> Operand:
         """Return the address at which an area begins."""
-        found = self.areas.get(area)
-        if found is None:
-            found = self.areas[area] = Operand(ADDRESS, f"%area.{area.name.lower()}")
-        return found
+        address = self.areas.get(area)
+        if address is None:
+            address = self.areas[area] = Operand(ADDRESS, f"%area.{area.name.lower()}")
+        return address
 
     def site(self, kind: FaultKind) -> int:
         """The number of what may happen where we are."""
@@ -119,9 +119,9 @@ class ExpressionTranslator:
             raise NotTranslatedError(f"a value of {size} bytes is computed")
         size = max(size + 15 & -16, 16)
         free = self._buffers.setdefault(size, [])
-        found = free.pop() if free else self.builder.buffer(size)
-        self._borrowed_buffers.append((size, found))
-        return found
+        address = free.pop() if free else self.builder.buffer(size)
+        self._borrowed_buffers.append((size, address))
+        return address
 
     def own(self, type: IecType[Any]) -> LocalVariable | OwnBytes:
         """Room for a variable that needs no address."""
@@ -142,18 +142,18 @@ class ExpressionTranslator:
 
     def number(self, value: nodes.LoweredValue) -> Operand:
         """A value in a register."""
-        found = self.value(value)
-        assert isinstance(found, Operand)
-        return found
+        operand = self.value(value)
+        assert isinstance(operand, Operand)
+        return operand
 
     def at_type(self, value: Operand, type: MachineType) -> Operand:
         """A value where its type has another name."""
         return value if value.type is type else self.builder.convert(value, type)
 
     def text(self, value: nodes.LoweredValue) -> MachineText:
-        found = self.value(value)
-        assert isinstance(found, MachineText)
-        return found
+        text = self.value(value)
+        assert isinstance(text, MachineText)
+        return text
 
     def steady(self, value: MachineValue, type: IecType[Any] | None) -> MachineValue:
         """A value that nothing changes."""
@@ -169,13 +169,13 @@ class ExpressionTranslator:
         b = self.builder
         if isinstance(value, MachineText):
             assert isinstance(type, StringType)
-            kept = self.buffer(type.length * type.unit)
-            b.copy(kept, value.address, value.length)
-            return MachineText(kept, value.length, steady=True)
+            copy = self.buffer(type.length * type.unit)
+            b.copy(copy, value.address, value.length)
+            return MachineText(copy, value.length, steady=True)
         assert isinstance(value, PackedBytes)
-        kept = self.buffer(value.size)
-        b.copy(kept, value.address, value.size)
-        return PackedBytes(kept, value.size, steady=True)
+        copy = self.buffer(value.size)
+        b.copy(copy, value.address, value.size)
+        return PackedBytes(copy, value.size, steady=True)
 
     def value(self, value: nodes.LoweredValue) -> MachineValue:
         """A value, exactly of its type."""
@@ -198,9 +198,9 @@ class ExpressionTranslator:
 
     def keep(self, value: nodes.Keep) -> MachineValue:
         """A value that is needed again."""
-        kept = self.steady(self.value(value.value), value.type)
-        self.temporaries[value.temporary.number] = kept
-        return kept
+        temporary = self.steady(self.value(value.value), value.type)
+        self.temporaries[value.temporary.number] = temporary
+        return temporary
 
     def address(self, value: nodes.PlaceAddress) -> Operand:
         """The address of a place, as a pointer of its type."""
@@ -239,10 +239,10 @@ class ExpressionTranslator:
     def condition_bit(self, value: nodes.ConditionBit) -> Operand:
         """A condition, which is a bit of a vector, too."""
         b, vector = self.builder, self._vectors[value.vector.number]
-        found = self.number(value.value)
-        bit = b.multiply(b.convert(found, I64), b.constant(I64, 1 << value.bit))
+        condition = self.number(value.value)
+        bit = b.multiply(b.convert(condition, I64), b.constant(I64, 1 << value.bit))
         b.set(vector, b.add(b.get(vector), bit))
-        return found
+        return condition
 
     def count_vector(self, value: nodes.CountVector) -> Operand:
         """A decision, and one more in the counter of its vector."""
@@ -250,10 +250,10 @@ class ExpressionTranslator:
         assert counts is not None
         vector = self._vectors[value.vector.number] = b.variable(I64)
         b.set(vector, b.constant(I64, 0))
-        found = self.number(value.value)
+        decision = self.number(value.value)
         place = b.address(counts, b.get(vector), 8, within=8 * value.first)
         b.increment(place)
-        return found
+        return decision
 
     def choice(self, value: nodes.LazyChoice) -> MachineValue:
         """One of two values; nothing of the other is evaluated."""
@@ -263,24 +263,24 @@ class ExpressionTranslator:
                 return self._shortcut(value.condition, other, is_and=is_and)
         on_yes, on_no, end = b.label(), b.label(), b.label()
         b.branch(self.number(value.condition), on_yes, on_no)
-        kept: list[LocalVariable] = []
-        found: list[MachineValue] = []
+        results: list[LocalVariable] = []
+        values: list[MachineValue] = []
         for label, one in ((on_yes, yes), (on_no, no)):
             b.begin(label)
-            given = self.value(one)
-            pieces = words_of(given)
-            kept = kept or [b.variable(piece.type) for piece in pieces]
-            for variable, piece in zip(kept, pieces, strict=True):
+            branch = self.value(one)
+            pieces = words_of(branch)
+            results = results or [b.variable(piece.type) for piece in pieces]
+            for variable, piece in zip(results, pieces, strict=True):
                 b.set(variable, self.at_type(piece, variable.type))
-            found.append(given)
+            values.append(branch)
             b.jump(end)
         b.begin(end)
-        first, *more = (b.get(variable) for variable in kept)
-        steady = all(getattr(one, "steady", True) for one in found)
+        first, *more = (b.get(variable) for variable in results)
+        steady = all(getattr(one, "steady", True) for one in values)
         if more:
             return MachineText(first, more[0], steady)
-        if isinstance(found[0], PackedBytes):
-            return PackedBytes(first, found[0].size, steady)
+        if isinstance(values[0], PackedBytes):
+            return PackedBytes(first, values[0].size, steady)
         return first
 
     def _shortcut(
@@ -311,8 +311,8 @@ class ExpressionTranslator:
                 return b.convert(wide, machine_type(type))
             case Conversion.ROUND:
                 wide = b.convert(self.number(operand), F64)
-                (found,) = b.call(self.module.support.rounded, wide)
-                return b.convert(found, machine_type(type))
+                (whole,) = b.call(self.module.support.rounded, wide)
+                return b.convert(whole, machine_type(type))
             case Conversion.TRUNCATE:
                 return self._truncated(b.convert(self.number(operand), F64), machine_type(type))
         assert isinstance(type, StringType)  # CUT_TEXT
@@ -387,11 +387,11 @@ class ExpressionTranslator:
         b = self.builder
         which, *values = [self.value(one) for one in operands]
         assert isinstance(which, Operand)
-        found = values[-1]
+        selection = values[-1]
         for place in reversed(range(len(values) - 1)):
             here = b.compare(Relation.EQUAL, which, b.constant(which.type, place))
-            found = self._one_of(here, values[place], found)
-        return found
+            selection = self._one_of(here, values[place], selection)
+        return selection
 
     def _comparison(self, relation: Relation, operands: Sequence[nodes.LoweredValue]) -> Operand:
         b = self.builder
@@ -445,31 +445,31 @@ class ExpressionTranslator:
 
     def _best(self, operator: Operator, values: Sequence[MachineValue]) -> MachineValue:
         """MIN, MAX: the first of equals stays, as in plain code."""
-        found = values[0]
+        best = values[0]
         for one in values[1:]:
-            found = self._better(operator, found, one)
-        return found
+            best = self._better(operator, best, one)
+        return best
 
-    def _better(self, operator: Operator, held: MachineValue, new: MachineValue) -> MachineValue:
+    def _better(self, operator: Operator, best: MachineValue, new: MachineValue) -> MachineValue:
         relation = Relation.LESS if operator is Operator.MIN else Relation.GREATER
-        if isinstance(held, MachineText) and isinstance(new, MachineText):
-            return self._one_of(self._texts.comparison(relation, new, held, 1), new, held)
-        assert isinstance(held, Operand)
+        if isinstance(best, MachineText) and isinstance(new, MachineText):
+            return self._one_of(self._texts.comparison(relation, new, best, 1), new, best)
+        assert isinstance(best, Operand)
         assert isinstance(new, Operand)
-        return self._one_of(self.builder.compare(relation, new, held), new, held)
+        return self._one_of(self.builder.compare(relation, new, best), new, best)
 
     def best(self, operator: Operator, values: Sequence[Operand]) -> Operand:
         """MIN and MAX of numbers."""
-        found = self._best(operator, values)
-        assert isinstance(found, Operand)
-        return found
+        operand = self._best(operator, values)
+        assert isinstance(operand, Operand)
+        return operand
 
 
 def _folded(operation: Callable[[Operand, Operand], Operand], values: list[Operand]) -> Operand:
-    found = values[0]
+    result = values[0]
     for one in values[1:]:
-        found = operation(found, one)
-    return found
+        result = operation(result, one)
+    return result
 
 
 _ARITHMETIC: dict[Operator, Callable[[FunctionBuilder], Callable[..., Operand]]] = {

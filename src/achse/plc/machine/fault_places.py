@@ -64,11 +64,11 @@ class FaultPlaces:
     def number(self, routine: int, at: int, kind: FaultKind) -> int:
         """The number of a site, a new one if there is none like it."""
         site = FaultPlace(routine, at, kind)
-        found = self._numbers.get(site)
-        if found is None:
+        number = self._numbers.get(site)
+        if number is None:
             self._rows.append(site)
-            found = self._numbers[site] = len(self._rows)
-        return found
+            number = self._numbers[site] = len(self._rows)
+        return number
 
     @property
     def content(self) -> bytes:
@@ -165,18 +165,18 @@ def _raising(path: str, routine: str, line: int) -> CodeType:
         if isinstance(node, ast.stmt | ast.expr):
             node.lineno = node.end_lineno = line
             node.col_offset = node.end_col_offset = 0
-    made: CodeType = compile(tree, path, "exec")
-    return made.replace(co_name=routine, co_qualname=routine)
+    code: CodeType = compile(tree, path, "exec")
+    return code.replace(co_name=routine, co_qualname=routine)
 
 
 def _frame(routine: Routine, line: int) -> FrameType:
     """A frame of Python that is at that line of the source."""
-    made = _raising(routine.source.path, routine.name, line)
+    code = _raising(routine.source.path, routine.name, line)
     try:
-        exec(made, {"here": _HereError})
+        exec(code, {"here": _HereError})
     except _HereError as here:
         trace = here.__traceback__
-        while trace is not None and trace.tb_frame.f_code is not made:
+        while trace is not None and trace.tb_frame.f_code is not code:
             trace = trace.tb_next
         try:
             if trace is not None:

@@ -154,21 +154,21 @@ class ProjectTranslator:
 
     def function(self, key: str) -> CallTarget:
         """The machine function of a routine."""
-        found = self._functions.get(key)
-        if found is None:
+        function = self._functions.get(key)
+        if function is None:
             signature = signature_of(self.project.routines[key])
             self._signatures[key] = signature
-            found = self._functions[key] = self.module.declare(
+            function = self._functions[key] = self.module.declare(
                 f"st.{key}", signature.parameters, signature.results, faults=True
             )
-        return found
+        return function
 
     def dispatch_table(self, name: str, declared: Routine) -> tuple[Operand, int]:
         """Functions by the numbers of blocks, and how many rows there are."""
         like = signature_of(declared, dispatched=True).like
-        found = self._tables.get((name, like))
-        if found is not None:
-            return found
+        table = self._tables.get((name, like))
+        if table is not None:
+            return table
         blocks = self.project.block_numbered
         rows: list[CallTarget | None] = [None] * (max(blocks, default=0) + 1)
         for number, block in blocks.items():
@@ -181,8 +181,8 @@ class ProjectTranslator:
                     else self._adapter(declared, key)
                 )
         place = len(self._tables)
-        found = self._tables[name, like] = (self.module.table(f"methods.{place}", rows), len(rows))
-        return found
+        table = self._tables[name, like] = (self.module.table(f"methods.{place}", rows), len(rows))
+        return table
 
     def _adapter(self, declared: Routine, key: str) -> CallTarget:
         """A method with other parameters than the one it stands for: Python sorts that out."""

@@ -32,22 +32,22 @@ class OutsideTranslator:
         """A text that Python makes of a value, or a number that Python reads from a text."""
         of, type = self._of, value.type
         b = of.builder
-        given = of.value(value.operand)
+        operand = of.value(value.operand)
         number = b.constant(I64, of.module.outside(of.number_of_routine, value.source))
         if not isinstance(type, StringType):
-            assert isinstance(given, MachineText)
-            (bits,) = b.call(of.module.support.text_read, number, given.address, given.length)
+            assert isinstance(operand, MachineText)
+            (bits,) = b.call(of.module.support.text_read, number, operand.address, operand.length)
             wanted = machine_type(type)
             return b.convert(b.reinterpret(bits, F64) if wanted.is_real else bits, wanted)
         bits, address, length = b.constant(I64, 0), Operand(ADDRESS, "null"), b.constant(I64, 0)
-        if isinstance(given, MachineText):
-            address, length = given.address, given.length
+        if isinstance(operand, MachineText):
+            address, length = operand.address, operand.length
         else:
-            assert isinstance(given, Operand)
-            bits = self._bits(given)
-        made = of.buffer(type.length * type.unit)
-        (size,) = b.call(of.module.support.text_made, number, bits, address, length, made)
-        return MachineText(made, size, steady=True)
+            assert isinstance(operand, Operand)
+            bits = self._bits(operand)
+        buffer = of.buffer(type.length * type.unit)
+        (size,) = b.call(of.module.support.text_made, number, bits, address, length, buffer)
+        return MachineText(buffer, size, steady=True)
 
     def _bits(self, value: Operand) -> Operand:
         b = self._of.builder
@@ -129,7 +129,7 @@ def reader_of(node: TypedValue) -> Callable[[bytes], int]:
     source, target, read = node.operand.type, node.type, TEXTS["text_read"]
 
     def word(text: bytes) -> int:
-        found = encoded(read(text, source, target), target) & (1 << 64) - 1
-        return found - (1 << 64) if found >> 63 else found
+        number = encoded(read(text, source, target), target) & (1 << 64) - 1
+        return number - (1 << 64) if number >> 63 else number
 
     return word

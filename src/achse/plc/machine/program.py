@@ -218,10 +218,10 @@ class MachineProgram:
             if signature.has_instance:
                 block[0], values = values[0], values[1:]
                 place = 1
-            kept: list[Any] = []
-            given = [*values, *(named[name] for name in names[len(values) :])]
-            for part, value in zip(signature.inputs, given, strict=True):
-                place = _put(block, place, part, value, kept)
+            buffers: list[Any] = []
+            arguments = [*values, *(named[name] for name in names[len(values) :])]
+            for part, value in zip(signature.inputs, arguments, strict=True):
+                place = _put(block, place, part, value, buffers)
             rooms: list[Any] = []
             result = signature.result
             if result is not None and result.kind is not PartKind.NUMBER:
@@ -234,12 +234,12 @@ class MachineProgram:
             call(entry, ctypes.addressof(block))
             if fault[0]:
                 self._recover(top, call, entry, ctypes.addressof(block))
-            found = None
+            returned = None
             if result is not None:
-                found = _result(result, block[words], rooms)
+                returned = _result(result, block[words], rooms)
             if not signature.outputs:
-                return found
-            return (found, *(_output(part, rooms) for part in signature.outputs))
+                return returned
+            return (returned, *(_output(part, rooms) for part in signature.outputs))
 
         return run
 
@@ -275,9 +275,9 @@ class MachineProgram:
                     case PartKind.PACKED:
                         values.append(ctypes.string_at(block[place], part.room))
                 place += 1
-            given = function(*values)
-            outputs = given[1:] if signature.outputs else ()
-            result = given[0] if signature.outputs else given
+            answer = function(*values)
+            outputs = answer[1:] if signature.outputs else ()
+            result = answer[0] if signature.outputs else answer
             if signature.result is not None:
                 if signature.result.kind is PartKind.NUMBER:
                     block[words - 1] = encoded(result, signature.result.type)
@@ -323,9 +323,9 @@ class MachineProgram:
         maker = self._makers.get(number)
         if maker is None:
             maker = self._makers[number] = maker_of(self._node(number))
-        made = maker(bits, ctypes.string_at(text, size) if text else b"")
-        ctypes.memmove(room, made, len(made))
-        return len(made)
+        content = maker(bits, ctypes.string_at(text, size) if text else b"")
+        ctypes.memmove(room, content, len(content))
+        return len(content)
 
     def _text_read(self, number: int, text: int, size: int) -> int:
         reader = self._readers.get(number)
@@ -344,7 +344,7 @@ def _closed() -> RuntimeError:
 # values in words -------------------------------------------------------------------------------
 
 
-def _put(block: Any, place: int, part: SignaturePart, value: Any, kept: list[Any]) -> int:
+def _put(block: Any, place: int, part: SignaturePart, value: Any, buffers: list[Any]) -> int:
     """An argument into a block; the next place."""
     if part.kind is PartKind.NUMBER:
         block[place] = encoded(value, part.type)
@@ -353,7 +353,7 @@ def _put(block: Any, place: int, part: SignaturePart, value: Any, kept: list[Any
     if part.kind is PartKind.PACKED:
         value = value.ljust(part.room, b"\0")
     buffer = ctypes.create_string_buffer(value, max(len(value), 1))
-    kept.append(buffer)
+    buffers.append(buffer)
     block[place] = ctypes.addressof(buffer)
     if part.kind is PartKind.PACKED:
         return place + 1

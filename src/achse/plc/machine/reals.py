@@ -61,25 +61,25 @@ class RealTranslator:
             case Operator.ABS:
                 return b.absolute(first)
         wide = [b.convert(one, F64) for one in values]
-        found = self._power(*wide) if operator is Operator.EXPT else self._of_one(operator, *wide)
-        return b.convert(found, type)
+        result = self._power(*wide) if operator is Operator.EXPT else self._of_one(operator, *wide)
+        return b.convert(result, type)
 
     def check(self, value: Check) -> Operand:
         """A real; if it is NaN although no operand is, that stops the program."""
         of = self._of
         b = of.builder
         type = machine_type(value.type)
-        found = of.number(value.value)
-        kept = b.variable(type)
-        b.set(kept, found)
+        number = of.number(value.value)
+        result = b.variable(type)
+        b.set(result, number)
         odd, good = b.label(), b.label()
-        b.branch(b.compare(Relation.EQUAL, found, found), good, odd)
+        b.branch(b.compare(Relation.EQUAL, number, number), good, odd)
         with b.aside(odd):
             self._required_nan([of.at_type(of.number(one), type) for one in value.operands])
-            b.set(kept, self._nan(type))
+            b.set(result, self._nan(type))
             b.jump(good)
         b.begin(good)
-        return b.get(kept)
+        return b.get(result)
 
     def _required_nan(self, values: list[Operand]) -> None:
         """FPU_INVALID_OPERATION unless one of the values is NaN."""
@@ -102,18 +102,18 @@ class RealTranslator:
         of = self._of
         b = of.builder
         zero = b.constant(right.type, 0.0)
-        found = b.divide(left, right)
-        kept = b.variable(left.type)
-        b.set(kept, found)
+        quotient = b.divide(left, right)
+        result = b.variable(left.type)
+        b.set(result, quotient)
         is_zero = b.compare(Relation.EQUAL, right, zero)
-        is_nan = b.compare(Relation.NOT_EQUAL, found, found)
+        is_nan = b.compare(Relation.NOT_EQUAL, quotient, quotient)
         odd, nan, number, good = (b.label() for _ in range(4))
         b.branch(b.bit_or(is_zero, is_nan), odd, good)
         with b.aside(odd):
             b.branch(is_nan, nan, number)
             b.begin(nan)
             self._required_nan([left, right])
-            b.set(kept, self._nan(left.type))
+            b.set(result, self._nan(left.type))
             b.jump(good)
             b.begin(number)
             endless = b.constant(left.type, math.inf)
@@ -121,7 +121,7 @@ class RealTranslator:
             b.require(is_endless, of.site(FaultKind.REAL_DIVIDE))
             b.jump(good)
         b.begin(good)
-        return b.get(kept)
+        return b.get(result)
 
     def _divided(self, left: Operand, right: Operand, *, known: bool) -> Operand:
         of = self._of
@@ -142,30 +142,30 @@ class RealTranslator:
         if operator is Operator.SQRT:
             bad = b.compare(Relation.LESS, value, b.constant(F64, 0.0))
             return self._checked(b.intrinsic("sqrt", value), invalid=bad)
-        found = b.math(_C_NAMES[operator], value)
+        result = b.math(_C_NAMES[operator], value)
         match operator:
             case Operator.LN | Operator.LOG:
                 zero = b.constant(F64, 0.0)
                 pole = b.compare(Relation.EQUAL, value, zero)
                 bad = b.compare(Relation.LESS, value, zero)
-                return self._checked(found, invalid=bad, pole=pole, at_pole=-math.inf)
+                return self._checked(result, invalid=bad, pole=pole, at_pole=-math.inf)
             case Operator.SIN | Operator.COS | Operator.TAN:
                 endless = b.constant(F64, math.inf)
                 bad = b.compare(Relation.EQUAL, b.absolute(value), endless)
-                return self._checked(found, invalid=bad)
+                return self._checked(result, invalid=bad)
             case Operator.ASIN | Operator.ACOS:
                 bad = b.compare(Relation.GREATER, b.absolute(value), b.constant(F64, 1.0))
-                return self._checked(found, invalid=bad)
-        return found
+                return self._checked(result, invalid=bad)
+        return result
 
     def _power(self, base: Operand, power: Operand) -> Operand:
         b = self._of.builder
-        found = b.math("pow", base, power)
+        result = b.math("pow", base, power)
         lowest, highest = b.constant(F64, -math.inf), b.constant(F64, math.inf)
         negative = b.bit_and(
-            b.compare(Relation.EQUAL, found, lowest), b.compare(Relation.NOT_EQUAL, base, lowest)
+            b.compare(Relation.EQUAL, result, lowest), b.compare(Relation.NOT_EQUAL, base, lowest)
         )
-        found = b.select(negative, highest, found)  # too large is +inf, as plain code has it
+        result = b.select(negative, highest, result)  # too large is +inf, as plain code has it
         zero = b.constant(F64, 0.0)
         pole = b.bit_and(
             b.compare(Relation.EQUAL, base, zero),
@@ -175,18 +175,18 @@ class RealTranslator:
         )
         number = b.compare(Relation.EQUAL, base, base)
         numbers = b.bit_and(number, b.compare(Relation.EQUAL, power, power))
-        bad = b.bit_and(numbers, b.compare(Relation.NOT_EQUAL, found, found))
-        found = self._checked(found, invalid=bad, pole=pole, at_pole=math.inf)
+        bad = b.bit_and(numbers, b.compare(Relation.NOT_EQUAL, result, result))
+        result = self._checked(result, invalid=bad, pole=pole, at_pole=math.inf)
         # A NaN comes through as it is, where the result is one.
-        is_nan = b.compare(Relation.NOT_EQUAL, found, found)
+        is_nan = b.compare(Relation.NOT_EQUAL, result, result)
         nan_in = b.bit_and(is_nan, b.compare(Relation.NOT_EQUAL, base, base))
-        found = self._as_bits(nan_in, base, found)
+        result = self._as_bits(nan_in, base, result)
         nan_in = b.bit_and(b.bit_and(is_nan, number), b.compare(Relation.NOT_EQUAL, power, power))
-        return self._as_bits(nan_in, power, found)
+        return self._as_bits(nan_in, power, result)
 
     def _checked(
         self,
-        found: Operand,
+        result: Operand,
         *,
         invalid: Operand,
         pole: Operand | None = None,
@@ -200,10 +200,10 @@ class RealTranslator:
             if pole is not None:
                 b.require(b.bit_xor(pole, yes), of.site(FaultKind.REAL_DIVIDE))
             b.require(b.bit_xor(invalid, yes), of.site(FaultKind.REAL_INVALID))
-            return found
+            return result
         if pole is not None:
-            found = b.select(pole, b.constant(F64, at_pole), found)
-        return self._not_a_number(invalid, found)
+            result = b.select(pole, b.constant(F64, at_pole), result)
+        return self._not_a_number(invalid, result)
 
     def _not_a_number(self, condition: Operand, value: Operand) -> Operand:
         """The NaN of plain code if the condition holds, else the value."""

@@ -136,15 +136,15 @@ class _RoutineTranslator:
         """Return the results in registers; texts, records and outputs are stored at the caller's
         addresses."""
         of, b, rooms = self._of, self._builder, list(self._rooms)
-        found: list[Operand] = []
+        results: list[Operand] = []
         values = list(self._low.results)
         if self._signature.result is not None:
             value = of.value(values.pop(0))
             if isinstance(value, Operand):
-                found.append(value)
+                results.append(value)
             elif isinstance(value, MachineText):
                 b.copy(rooms.pop(0), value.address, value.length)
-                found.append(value.length)
+                results.append(value.length)
             else:
                 b.copy(rooms.pop(0), value.address, value.size)
         for value in map(of.value, values):
@@ -156,7 +156,7 @@ class _RoutineTranslator:
                 b.store(value.length, rooms.pop(0))
             else:
                 b.copy(room, value.address, value.size)
-        return found
+        return results
 
     def _leave(self, results: list[Operand]) -> None:
         if self._low.is_framed:

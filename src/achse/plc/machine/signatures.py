@@ -68,20 +68,20 @@ class RoutineSignature:
     @property
     def parameters(self) -> list[MachineType]:
         """Of the machine function."""
-        found: list[MachineType] = [U64] if self.has_instance else []
+        types: list[MachineType] = [U64] if self.has_instance else []
         for part in self.inputs:
             match part.kind:
                 case PartKind.NUMBER:
-                    found.append(machine_type(part.type))
+                    types.append(machine_type(part.type))
                 case PartKind.TEXT:
-                    found += [ADDRESS, I64]
+                    types += [ADDRESS, I64]
                 case PartKind.PACKED:
-                    found.append(ADDRESS)
+                    types.append(ADDRESS)
         if self.result is not None and self.result.kind is not PartKind.NUMBER:
-            found.append(ADDRESS)
+            types.append(ADDRESS)
         for part in self.outputs:
-            found += [ADDRESS, ADDRESS] if part.kind is PartKind.TEXT else [ADDRESS]
-        return found
+            types += [ADDRESS, ADDRESS] if part.kind is PartKind.TEXT else [ADDRESS]
+        return types
 
     @property
     def results(self) -> list[MachineType]:

@@ -105,9 +105,9 @@ class StatementTranslator:
                 self._through(loop.finals)
                 self._advance(loop)
             case RoutineExit():
-                given = self._results()
+                results = self._results()
                 self._through(0)
-                self._leave(given)
+                self._leave(results)
             case JumpTo(label):
                 self._jump(label)
             case JumpMark():
@@ -286,14 +286,14 @@ class StatementTranslator:
         b = of.builder
         caught, failed, end = b.label(), b.label(), b.label()
         frames = of.module.support.frames
-        kept = b.variable(I64)
-        b.set(kept, b.load(I64, frames))
+        depth = b.variable(I64)
+        b.set(depth, b.load(I64, frames))
         self._finals.append((b.handler, statement.final))
         with b.protected(caught):
             self.block(statement.body)
         b.jump(end)
         b.begin(caught)
-        b.store(b.get(kept), frames)
+        b.store(b.get(depth), frames)
         with b.protected(failed):
             (code,) = b.call(of.module.support.caught)
             if statement.code is not None:
@@ -304,7 +304,7 @@ class StatementTranslator:
         b.jump(end)
         at = of.at
         b.begin(failed)
-        b.store(b.get(kept), frames)
+        b.store(b.get(depth), frames)
         b.call(of.module.support.hold)
         self.block(statement.final)
         b.call(of.module.support.again)

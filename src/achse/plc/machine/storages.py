@@ -100,14 +100,14 @@ class MachineStorages:
         """Indexes and the bytes that each counts."""
         of = self._of
         b = of.builder
-        found: list[tuple[Operand, int]] = []
+        terms: list[tuple[Operand, int]] = []
         for term in place.terms:
             index = b.convert(of.number(term.index), I64)
             if term.low is not None and term.high is not None:
                 first = b.convert(of.number(term.low), I64)
                 self._check(index, first, b.convert(of.number(term.high), I64))
-            found.append((index, term.stride))
-        return found
+            terms.append((index, term.stride))
+        return terms
 
     def _check(self, index: Operand, first: Operand, last: Operand) -> None:
         """ARRAYBOUNDS unless an index is within."""
@@ -161,9 +161,9 @@ class MachineStorages:
         of = self._of
         b = of.builder
         wanted = b.constant(I64, size) if isinstance(size, int) else size
-        (found,) = b.call(of.module.support.locate, address, wanted)
-        b.require(b.convert(found, BOOL), of.site(FaultKind.ACCESS), address)
-        return found
+        (place,) = b.call(of.module.support.locate, address, wanted)
+        b.require(b.convert(place, BOOL), of.site(FaultKind.ACCESS), address)
+        return place
 
     # reading ---------------------------------------------------------------------------------
 
@@ -203,15 +203,15 @@ class MachineStorages:
             return PackedBytes(own.room, own.size)
         return MachineText(own.room, self._of.builder.get(own.length))
 
-    def _store_own(self, own: OwnBytes, given: MachineValue) -> MachineValue:
+    def _store_own(self, own: OwnBytes, value: MachineValue) -> MachineValue:
         b = self._of.builder
-        if isinstance(given, MachineText):
+        if isinstance(value, MachineText):
             assert own.length is not None
-            b.copy(own.room, given.address, given.length)
-            b.set(own.length, given.length)
+            b.copy(own.room, value.address, value.length)
+            b.set(own.length, value.length)
         else:
-            assert isinstance(given, PackedBytes)
-            b.copy(own.room, given.address, own.size)
+            assert isinstance(value, PackedBytes)
+            b.copy(own.room, value.address, own.size)
         return self._read_own(own)
 
     def _read_local(self, place: ResolvedPlace, local: LocalVariable) -> Operand:
@@ -229,34 +229,34 @@ class MachineStorages:
         """Compute a value and put it into a place; gives it back."""
         of, place = self._of, store.place
         if store.value_first or place.home is Home.LOCAL:
-            given = of.value(store.value)
-            return self.put(place, given)
+            value = of.value(store.value)
+            return self.put(place, value)
         aim = self._aim(place)
         return self._put(aim, place, of.value(store.value))
 
-    def put(self, place: ResolvedPlace, given: MachineValue) -> MachineValue:
+    def put(self, place: ResolvedPlace, value: MachineValue) -> MachineValue:
         """Put a value into a place; gives it back."""
         if place.home is not Home.LOCAL:
-            return self._put(self._aim(place), place, given)
+            return self._put(self._aim(place), place, value)
         local = self._local(place)
         if isinstance(local, OwnBytes):
-            return self._store_own(local, given)
-        return self._store_local(place, local, given)
+            return self._store_own(local, value)
+        return self._store_local(place, local, value)
 
-    def _put(self, aim: Aim, place: ResolvedPlace, given: MachineValue) -> MachineValue:
+    def _put(self, aim: Aim, place: ResolvedPlace, value: MachineValue) -> MachineValue:
         of = self._of
-        if isinstance(given, MachineText):
-            return self._store_text(aim, place.type, given)
-        if isinstance(given, PackedBytes):
-            return self._store_packed(aim, place.type, given)
+        if isinstance(value, MachineText):
+            return self._store_text(aim, place.type, value)
+        if isinstance(value, PackedBytes):
+            return self._store_packed(aim, place.type, value)
         if place.bit is not None:
             base, offset = self._reach(aim, 1)
-            self._put_bit(base, offset, 1 << place.bit, given)
-            return given
-        given = of.at_type(given, machine_type(place.type))
+            self._put_bit(base, offset, 1 << place.bit, value)
+            return value
+        value = of.at_type(value, machine_type(place.type))
         base, offset = self._reach(aim, place.type.size)
-        of.builder.store(given, base, offset)
-        return given
+        of.builder.store(value, base, offset)
+        return value
 
     def _put_bit(self, base: Operand, offset: int, mask: int, state: Operand) -> None:
         b = self._of.builder
@@ -267,63 +267,63 @@ class MachineStorages:
         b.store(b.select(state, yes, no), place)
 
     def _store_local(
-        self, place: ResolvedPlace, local: LocalVariable, given: MachineValue
+        self, place: ResolvedPlace, local: LocalVariable, value: MachineValue
     ) -> Operand:
         assert place.variable is not None
-        assert isinstance(given, Operand)
+        assert isinstance(value, Operand)
         b = self._of.builder
         if place.bit is None or isinstance(resolved(place.variable.type), BoolType):
-            b.set(local, self._of.at_type(given, local.type))
-            return given
+            b.set(local, self._of.at_type(value, local.type))
+            return value
         old = b.get(local)
         mask = _bit_of(local.type.bits, place.offset * 8 + place.bit, local.type.signed)
         yes = b.bit_or(old, b.constant(local.type, mask))
         no = b.bit_and(old, b.bit_not(b.constant(local.type, mask)))
-        b.set(local, b.select(given, yes, no))
-        return given
+        b.set(local, b.select(value, yes, no))
+        return value
 
-    def _store_text(self, aim: Aim, type: IecType[Any], given: MachineText) -> MachineText:
+    def _store_text(self, aim: Aim, type: IecType[Any], value: MachineText) -> MachineText:
         assert isinstance(type, StringType)
         b = self._of.builder
         if aim.is_plc:
-            base = self.looked_up(aim.base, b.add(given.length, b.constant(I64, type.unit)))
+            base = self.looked_up(aim.base, b.add(value.length, b.constant(I64, type.unit)))
         else:
             base = b.address(aim.base, aim.offset)
-        b.copy(base, given.address, given.length)
-        end = b.address(base, given.length)
+        b.copy(base, value.address, value.length)
+        end = b.address(base, value.length)
         for number in range(type.unit):
             b.store(b.constant(U8, 0), end, number)
-        return MachineText(base, given.length)
+        return MachineText(base, value.length)
 
-    def _store_packed(self, aim: Aim, type: IecType[Any], given: PackedBytes) -> PackedBytes:
+    def _store_packed(self, aim: Aim, type: IecType[Any], value: PackedBytes) -> PackedBytes:
         of = self._of
         b = of.builder
         parts = parts_without_headers(type)
-        if len(parts) > 1 and not given.steady and aim.is_plc:
-            given = of.snapshot(given)
+        if len(parts) > 1 and not value.steady and aim.is_plc:
+            value = of.snapshot(value)
         if not aim.is_plc:
             base = b.address(aim.base, aim.offset)
             for start, end in parts:
-                b.copy(b.address(base, start), b.address(given.address, start), end - start)
-            return given
+                b.copy(b.address(base, start), b.address(value.address, start), end - start)
+            return value
         for start, end in parts:
             address = b.add(aim.base, b.constant(U64, start)) if start else aim.base
             base = self.looked_up(address, end - start)
-            b.copy(base, b.address(given.address, start), end - start)
+            b.copy(base, b.address(value.address, start), end - start)
         headers = list(headers_within(type))
         base = self.looked_up(aim.base, type.size) if headers else aim.base
         for at, block in headers:  # raw memory becomes a block by an assignment
             word = U64 if block.rules.pointer_size == 8 else U32
-            own, other = b.load(word, base, at), b.load(word, given.address, at)
+            own, other = b.load(word, base, at), b.load(word, value.address, at)
             is_empty = b.compare(Relation.EQUAL, own, b.constant(word, 0))
             b.store(b.select(is_empty, other, own), base, at)
-        return given
+        return value
 
 
 def _bit_of(bits: int, number: int, signed: bool = True) -> int:
     """The number that has one bit set, of that many bits."""
-    found = 1 << number
-    return found - (1 << bits) if signed and number == bits - 1 else found
+    mask = 1 << number
+    return mask - (1 << bits) if signed and number == bits - 1 else mask
 
 
 def _signed(word: int) -> int:

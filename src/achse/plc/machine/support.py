@@ -75,19 +75,19 @@ class Support:
         self._module = module
         self.areas = module.words(AREA_WORDS, 2 * AREAS)
         self.frames = module.words(FRAME_WORDS, 1)
-        made = {
+        functions = {
             name: module.callback(name, signature.parameters, signature.results)
             for name, signature in CALLBACKS.items()
         }
-        self.plain = made["plain"]
-        self.clock = made["clock"]
-        self.task_index = made["task_index"]
-        self.caught = made["caught"]
-        self.hold = made["hold"]
-        self.again = made["again"]
-        self.missing = made["missing"]
-        self.text_made = made["text_made"]
-        self.text_read = made["text_read"]
+        self.plain = functions["plain"]
+        self.clock = functions["clock"]
+        self.task_index = functions["task_index"]
+        self.caught = functions["caught"]
+        self.hold = functions["hold"]
+        self.again = functions["again"]
+        self.missing = functions["missing"]
+        self.text_made = functions["text_made"]
+        self.text_read = functions["text_read"]
         self.locate = self._locate()
         self.rounded = self._rounded()
         self.find = self._find()
@@ -139,11 +139,11 @@ class Support:
         half = b.compare(Relation.GREATER_EQUAL, b.subtract(size, down), b.constant(F64, 0.5))
         whole = b.add(b.convert(down, I64), b.convert(half, I64))
         below = b.compare(Relation.LESS, value, b.constant(F64, 0.0))
-        found = b.select(below, b.negate(whole), whole)
+        signed = b.select(below, b.negate(whole), whole)
         fits = b.compare(Relation.LESS, size, b.constant(F64, -_LOWEST))
-        found = b.select(fits, found, b.constant(I64, I64.least))
+        signed = b.select(fits, signed, b.constant(I64, I64.least))
         number = b.compare(Relation.EQUAL, value, value)
-        b.return_(b.select(number, found, b.constant(I64, 0)))
+        b.return_(b.select(number, signed, b.constant(I64, 0)))
         return b.function
 
     def _length(self, unit: int) -> CallTarget:
@@ -211,18 +211,18 @@ class Support:
         at = b.variable(I64)
         zero = b.constant(I64, 0)
         b.set(at, zero)
-        again, look, found, more, none = (b.label() for _ in range(5))
+        again, look, hit, more, none = (b.label() for _ in range(5))
         b.branch(b.compare(Relation.EQUAL, other_size, zero), none, again)
         b.begin(again)
         end = b.add(b.get(at), other_size)
         b.branch(b.compare(Relation.LESS_EQUAL, end, size), look, none)
         b.begin(look)
         (order,) = b.call(memcmp, b.address(text, b.get(at)), other, other_size)
-        b.branch(b.compare(Relation.EQUAL, order, b.constant(I32, 0)), found, more)
+        b.branch(b.compare(Relation.EQUAL, order, b.constant(I32, 0)), hit, more)
         b.begin(more)
         b.set(at, b.add(b.get(at), unit))
         b.jump(again)
-        b.begin(found)
+        b.begin(hit)
         b.return_(b.add(b.divide(b.get(at), unit), b.constant(I64, 1)))
         b.begin(none)
         b.return_(zero)

@@ -51,7 +51,7 @@ class TextTranslator:
                     compared = b.multiply(text.length, other.length)
                     passes = b.shift_right(compared, self._number(BYTES_A_PASS.bit_length() - 1))
                     b.spend(passes, of.site(FaultKind.BUDGET))
-                (found,) = b.call(
+                (result,) = b.call(
                     of.module.support.find,
                     text.address,
                     text.length,
@@ -59,7 +59,7 @@ class TextTranslator:
                     other.length,
                     self._number(unit),
                 )
-                return b.convert(found, machine_type(value.type))
+                return b.convert(result, machine_type(value.type))
             case Operator.LEFT:
                 return self._cut(text, self._bytes(numbers[0], unit), unit)
             case Operator.RIGHT:

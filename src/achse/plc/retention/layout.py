@@ -36,30 +36,30 @@ KnownPointers: TypeAlias = dict[int, Sequence[Pointer]]
 def pointers_within(type: IecType[Any], known: KnownPointers | None = None) -> Sequence[Pointer]:
     known = {} if known is None else known
     type = resolved(type)
-    found = known.get(id(type))
-    if found is not None:
-        return found
+    pointers = known.get(id(type))
+    if pointers is not None:
+        return pointers
     if isinstance(type, PointerType):
-        found = [Pointer(0, type.size, type)]
+        pointers = [Pointer(0, type.size, type)]
     elif isinstance(type, ArrayType):
         inner = pointers_within(type.element, known)
         step = type.element.size
-        found = [
+        pointers = [
             one._replace(offset=n * step + one.offset)
             for n in range(type.count if inner else 0)
             for one in inner
         ]
     elif isinstance(type, StructType) and type.kind is not RecordKind.UNION:
-        found = [
+        pointers = [
             one._replace(offset=member.offset + one.offset)
             for member in type.fields
             if member.bit is None
             for one in pointers_within(member.type, known)
         ]
     else:
-        found = []
-    known[id(type)] = found
-    return found
+        pointers = []
+    known[id(type)] = pointers
+    return pointers
 
 
 def parts_without_headers(type: IecType[Any]) -> tuple[tuple[int, int], ...]:

@@ -71,26 +71,26 @@ class OnlineChangeSnapshot:
                 record = _record_at(unit.instance, path)
                 if record is not None:
                     own = partner_names(type(record))
-                    kept = {name: item for name, item in attributes.items() if name not in own}
-                    record.__dict__.update(kept)
+                    retained = {name: item for name, item in attributes.items() if name not in own}
+                    record.__dict__.update(retained)
 
     def restore_values(
         self,
         memory: Memory,
         variables: Iterable[PlacedVariable],
-        made: Iterable[tuple[int, IecType[Any]]] = (),
+        allocations: Iterable[tuple[int, IecType[Any]]] = (),
         renewed: Collection[str] = (),
     ) -> "Carried":
         """Put the values of what kept its name and type into the new memory.
 
-        `made` is what `__NEW` made, by address: it stays where it is. Variables of the names
+        `allocations` is what `__NEW` made, by address: it stays where it is. Variables of the names
         `renewed` stay as they start. The result can do a part of it once more.
         """
         for area in _IMAGES:
             memory[area].restore(self.memory[area])
         memory[Area.HEAP].restore(self.memory[Area.HEAP])
         carried = Carried(self, memory, {}, [])
-        moves = [_Move(address, type.size, address, type) for address, type in made]
+        moves = [_Move(address, type.size, address, type) for address, type in allocations]
         carried.moves[""] = moves
         for placed in variables:
             before = self.variables.get(placed.name.lower())
@@ -269,8 +269,8 @@ def _follow(
             assert place is not None
             region, at = place
             address = int.from_bytes(region.read(at, pointer.size), "little")
-            found = bisect_right(begins, address) - 1
-            target = moves[found] if found >= 0 else None
+            index = bisect_right(begins, address) - 1
+            target = moves[index] if index >= 0 else None
             if address in records and not pointer.is_to_values:
                 to = records[address]
             elif target is not None and address < target.old + max(target.size, 1):
@@ -285,8 +285,8 @@ def _follow(
 
 def _is_within(ranges: Sequence[tuple[int, int]], address: int) -> bool:
     """Return True if an address is in one of the ranges, which are sorted and do not overlap."""
-    found = bisect_right(ranges, (address, 1 << 64)) - 1
-    return found >= 0 and address < ranges[found][0] + ranges[found][1]
+    index = bisect_right(ranges, (address, 1 << 64)) - 1
+    return index >= 0 and address < ranges[index][0] + ranges[index][1]
 
 
 def _attributes(view: object, path: Path) -> Iterator[tuple[Path, dict[str, Any]]]:

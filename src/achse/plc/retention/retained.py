@@ -258,17 +258,17 @@ class _RetainedWalk:
         type = resolved(type)
         if not isinstance(type, StructType | ArrayType) or id(type) in self._empty:
             return
-        found = False
+        has_parts = False
         if isinstance(type, StructType):
             for member in type.fields:
                 at = offset + member.offset
                 for part in self.parts(member, f"{name}.{member.name}", area, at, member.bit):
-                    found = True
+                    has_parts = True
                     yield part
         elif any(self._inside(type.element, "", area, 0)):
-            found = True
+            has_parts = True
             for number in range(type.count):
                 at = offset + number * type.element.size
                 yield from self._inside(type.element, f"{name}[{number}]", area, at)
-        if not found:
+        if not has_parts:
             self._empty.add(id(type))

@@ -30,22 +30,22 @@ def retained_variables(plc: "PlcRuntime") -> dict[str, RetainedVariable]:
     return layout.variables(layout.image(plc.memory))
 
 
-def inherit_variables(plc: "PlcRuntime", kept: Mapping[str, RetainedVariable]) -> list[str]:
+def inherit_variables(plc: "PlcRuntime", retained: Mapping[str, RetainedVariable]) -> list[str]:
     """Put values into a PLC. Returns the names of those that have no place in it any more.
 
     Pointers stay as they start where their target is gone or has another type, and where it was
     made by `__NEW`.
     """
-    left = dict(kept)
+    left = dict(retained)
     targets = {one.name.lower(): one for one in all_variables(plc)}
     for part in retained_parts(plc):
-        found = kept.get(part.name)
-        if found is None or found.type != part.type.guid.hex():
+        saved = retained.get(part.name)
+        if saved is None or saved.type != part.type.guid.hex():
             continue
         region = plc.memory[part.area]
         if part.bit is not None:
-            region.write_bits(8 * part.offset + part.bit, found.data[:1])
-        elif len(found.data) != part.type.size:
+            region.write_bits(8 * part.offset + part.bit, saved.data[:1])
+        elif len(saved.data) != part.type.size:
             continue
         else:
             content = bytearray(region.read(part.offset, part.type.size))
@@ -54,10 +54,10 @@ def inherit_variables(plc: "PlcRuntime", kept: Mapping[str, RetainedVariable]) -
                 for at, size, _ in pointers_within(part.type)
             }
             for start, end in parts_without_headers(part.type):
-                content[start:end] = found.data[start:end]
+                content[start:end] = saved.data[start:end]
             for at, (size, begun) in pointers.items():
                 content[at : at + size] = begun
-            for lead in found.leads:
+            for lead in saved.leads:
                 address = _address(plc.memory, lead, targets)
                 if address is not None and lead.at in pointers:
                     size = pointers[lead.at][0]
@@ -83,9 +83,9 @@ def _address(memory: Memory, lead: Lead, targets: Mapping[str, PlacedVariable]) 
         if lead.target == area.value:
             inside = lead.offset < len(memory[area])
             return memory.address(area, lead.offset) if inside else None
-    found = targets.get(lead.target.lower())
-    if found is None or found.variable.type.guid.hex() != lead.type or found.bit is not None:
+    target = targets.get(lead.target.lower())
+    if target is None or target.variable.type.guid.hex() != lead.type or target.bit is not None:
         return None
-    if not 0 <= lead.offset < max(found.variable.type.size, 1):
+    if not 0 <= lead.offset < max(target.variable.type.size, 1):
         return None
-    return memory.address(found.area, found.offset) + lead.offset
+    return memory.address(target.area, target.offset) + lead.offset

@@ -41,8 +41,8 @@ class BuiltinMemory:
 
     def load_bytes(self, address: int, size: int) -> bytes:
         """Bytes of PLC memory; raises ACCESS_VIOLATION."""
-        found: bytes = self._linked().namespace["load_bytes"](address, size)
-        return found
+        data: bytes = self._linked().namespace["load_bytes"](address, size)
+        return data
 
     def store_bytes(self, address: int, data: bytes) -> object:
         """Put bytes into PLC memory; raises ACCESS_VIOLATION."""
@@ -93,16 +93,18 @@ class BuiltinMemory:
 
     def record_at(self, address: int, type: StructType[Any]) -> Record:
         """The record at an address, the same object while a block of its kind is there."""
-        found, wanted = self._records.get(address), type.record
+        record, wanted = self._records.get(address), type.record
         # Frames of routines put other blocks at the same place, one after the other.
-        if found is None or not (isinstance(found, wanted) or issubclass(wanted, found.__class__)):
+        if record is None or not (
+            isinstance(record, wanted) or issubclass(wanted, record.__class__)
+        ):
             assert self._memory is not None
             place = self._memory.at(address)
             if place is None:
                 raise IndexError(f"no memory at address 16#{address:X}")
             region, offset = place
-            found = self._records[address] = type.read(region.data, offset)
-        return found
+            record = self._records[address] = type.read(region.data, offset)
+        return record
 
     def _linked(self) -> Execution:
         assert self._execution is not None, "link comes first"

@@ -147,9 +147,9 @@ def _real_text(plc: BuiltinContext, value: float, precision: int, rounds: bool) 
     with localcontext() as exact:
         exact.prec = 2000
         step = Decimal(1).scaleb(-min(max(precision, 0), 600))
-        found = Decimal(value).quantize(step, ROUND_HALF_UP if rounds else ROUND_DOWN)
-    text = f"{found:f}"
-    if not found:
+        number = Decimal(value).quantize(step, ROUND_HALF_UP if rounds else ROUND_DOWN)
+    text = f"{number:f}"
+    if not number:
         text = text.removeprefix("-")
     return text.encode() if len(text) <= _LONGEST_REAL else b"#OVF"
 

@@ -20,21 +20,21 @@ def decoded(data: bytes) -> str:
 
 def text_at(plc: BuiltinContext, address: int) -> str:
     """The text that begins there, up to its NUL."""
-    found = b""
+    content = b""
     size = 4096
-    while address and len(found) < LONGEST_TEXT:
+    while address and len(content) < LONGEST_TEXT:
         try:
-            piece = plc.load_bytes(address + len(found), size)
+            piece = plc.load_bytes(address + len(content), size)
         except PlcFault:
             if size == 1:
                 raise
             size = max(1, size // 8)  # memory may end soon behind the text
             continue
         text, end, _ = piece.partition(b"\0")
-        found += text
+        content += text
         if end:
             break
-    return decoded(found)
+    return decoded(content)
 
 
 def copy_text(plc: BuiltinContext, text: str, address: int, size: int) -> int:

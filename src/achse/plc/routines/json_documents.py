@@ -87,24 +87,24 @@ class JsonDocuments(KeptDocuments[_Value]):
         self._drop(self._roots[document])
         self._roots[document] = self._keep(_Value(JsonKind.NULL), None)
         try:
-            found = json.loads(text, object_pairs_hook=_Members)
-            made = self._made(found, 0)
+            parsed = json.loads(text, object_pairs_hook=_Members)
+            root = self._made(parsed, 0)
         except (ValueError, RecursionError):
             return False
         self._drop(self._roots[document])
-        self._roots[document] = self._keep(made, None)
+        self._roots[document] = self._keep(root, None)
         return True
 
     def _made(self, plain: Any, depth: int) -> _Value:
         if depth > _DEEPEST:
             raise ValueError("too deep")
         if isinstance(plain, _Members):
-            made = _Value(JsonKind.OBJECT, [])
+            value = _Value(JsonKind.OBJECT, [])
             for name, item in plain:
                 member = self._made(item, depth + 1)
                 member.name = name
-                made.content.append(member)
-            return made
+                value.content.append(member)
+            return value
         if isinstance(plain, list):
             return _Value(JsonKind.ARRAY, [self._made(item, depth + 1) for item in plain])
         if isinstance(plain, str):
@@ -169,8 +169,8 @@ class JsonDocuments(KeptDocuments[_Value]):
             return 0
         items = value.parent.content
         place = next(index for index, item in enumerate(items) if item is value) + 1
-        found: int = items[place].number if place < len(items) else value.parent.end
-        return found
+        next_item: int = items[place].number if place < len(items) else value.parent.end
+        return next_item
 
     def put(self, number: int, where: int, name: str, kind: int, content: Any) -> int:
         """A new value in, behind or instead of another; its number, 0 if that cannot be."""
@@ -191,11 +191,11 @@ class JsonDocuments(KeptDocuments[_Value]):
     def put_text(self, number: int, where: int, name: str, text: str) -> int:
         """A value as JSON in, behind or instead of another; its number, 0 if that cannot be."""
         try:
-            made = self._made(json.loads(text, object_pairs_hook=_Members), 0)
+            value = self._made(json.loads(text, object_pairs_hook=_Members), 0)
         except (ValueError, RecursionError):
             return 0
         place = self.put(number, where, name, JsonKind.NULL, None)
-        return self._replace(self._values[place], made) if place else 0
+        return self._replace(self._values[place], value) if place else 0
 
     def _replace(self, target: _Value, new: _Value) -> int:
         for item in _all(target):
@@ -263,10 +263,10 @@ _of_plc: "WeakKeyDictionary[BuiltinContext, JsonDocuments]" = WeakKeyDictionary(
 
 
 def _documents(plc: BuiltinContext) -> JsonDocuments:
-    found = _of_plc.get(plc)
-    if found is None:
-        found = _of_plc[plc] = JsonDocuments()
-    return found
+    documents = _of_plc.get(plc)
+    if documents is None:
+        documents = _of_plc[plc] = JsonDocuments()
+    return documents
 
 
 def _named(name: Any) -> str:
@@ -354,10 +354,10 @@ def _real(plc: BuiltinContext, number: int) -> float:
 
 def _whole(low: int, high: int) -> FunctionBody:
     def get(plc: BuiltinContext, number: int) -> int:
-        found = _number(plc, number)
-        if isinstance(found, float) and not -1e19 < found < 1e20:
+        value = _number(plc, number)
+        if isinstance(value, float) and not -1e19 < value < 1e20:
             return 0
-        return max(low, min(int(found), high))
+        return max(low, min(int(value), high))
 
     return get
 

@@ -53,22 +53,22 @@ def _python_body(
     inputs, outputs = parameters_of(routine), outputs_of(routine)
 
     def method(address: int, *values: Any) -> Any:
-        given = [
+        arguments = [
             item.type.decode(encoded_from(value, flat(item.type)))
             if item.section is Section.INPUT
             else value
             for item, value in zip(inputs, values, strict=True)
         ]
-        answer = getattr(record_at(address, this), attribute)(*given)
+        answer = getattr(record_at(address, this), attribute)(*arguments)
         if not outputs:
             return None if routine.result is None else _taken(routine.result, answer)
-        told = list(answer) if isinstance(answer, tuple) else [answer]
+        results = list(answer) if isinstance(answer, tuple) else [answer]
         slots = [routine.result, *outputs]
         if routine.result is None:
-            told = [None, *told]
+            results = [None, *results]
         return tuple(
             None if slot is None else _taken(slot, value)
-            for slot, value in zip(slots, told, strict=True)
+            for slot, value in zip(slots, results, strict=True)
         )
 
     return method

@@ -100,31 +100,31 @@ class RoutineCalls:
             raise TypeError(f"{routine.name} has VAR_IN_OUT: call it from Structured Text")
         if len(values) > len(inputs):
             raise TypeError(f"{routine.name} takes {len(inputs)} inputs, got {len(values)}")
-        given = {item.name.lower(): value for item, value in zip(inputs, values, strict=False)}
+        by_name = {item.name.lower(): value for item, value in zip(inputs, values, strict=False)}
         for key, value in named.items():
-            if key.lower() in given or key.lower() not in {item.name.lower() for item in inputs}:
+            if key.lower() in by_name or key.lower() not in {item.name.lower() for item in inputs}:
                 names = ", ".join(item.name for item in inputs) or "no inputs"
                 raise TypeError(f"{routine.name} takes {names}, each once, got {key}")
-            given[key.lower()] = value
+            by_name[key.lower()] = value
         image = routine.frame.default
         arguments = []
         for item in inputs:
             data = image[item.offset : item.offset + item.type.size]
-            if item.name.lower() in given:
-                data = item.type.encode(given[item.name.lower()])
+            if item.name.lower() in by_name:
+                data = item.type.encode(by_name[item.name.lower()])
             arguments.append(known_from(data, flat(item.type)).value)
         answer = self._call(routine, record, arguments)
         outputs = outputs_of(routine)
         answers = list(answer) if outputs else [answer]
         of = [routine.result, *outputs]
-        found = [
+        result = [
             item.type.decode(encoded_from(value, flat(item.type)))
             for value, item in zip(answers, of, strict=True)
             if item is not None
         ]
-        if not found:
+        if not result:
             return None
-        return tuple(found) if len(found) > 1 else found[0]
+        return tuple(result) if len(result) > 1 else result[0]
 
     def _routine(self, record: Record, name: str) -> Routine | None:
         """The Structured Text of a block's method or of a program's; None without any."""
@@ -157,10 +157,10 @@ class RoutineCalls:
         return self._execution.function(key)(address, *values)
 
 
-def _answer(routine: Routine, given: Any) -> bytes:
+def _answer(routine: Routine, answer: Any) -> bytes:
     """Return the outcome of a method as bytes: the result, then the outputs."""
     outputs = outputs_of(routine)
-    values = list(given) if outputs else [given]
+    values = list(answer) if outputs else [answer]
     types = [None if routine.result is None else routine.result.type]
     types += [output.type for output in outputs]
     return b"".join(
