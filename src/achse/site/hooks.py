@@ -112,20 +112,20 @@ def relinked(text: str, uri: str, known: set[str]) -> str:
     pages = _pages()
     here = next((path for path, place in pages.items() if place == uri), f"docs/{uri}")
 
-    def link(found: re.Match[str]) -> str:
-        path = posixpath.normpath(posixpath.join(posixpath.dirname(here), found[2]))
+    def link(match: re.Match[str]) -> str:
+        path = posixpath.normpath(posixpath.join(posixpath.dirname(here), match[2]))
         target = pages.get(path, path.removeprefix("docs/"))
         if target not in known:
-            return found[1]
+            return match[1]
         way = posixpath.relpath(target, posixpath.dirname(uri) or ".")
-        return f"[{found[1]}]({way}{found[3] or ''})"
+        return f"[{match[1]}]({way}{match[3] or ''})"
 
-    def picture(found: re.Match[str]) -> str:
-        way = posixpath.relpath(f"pictures/{found[1]}.svg", posixpath.dirname(uri) or ".")
-        shown = f"![{TEXTS.get(found[1], found[1])}]({way})"
-        if found[1] in MOVING:  # the style sheet shows one of the two
+    def picture(match: re.Match[str]) -> str:
+        way = posixpath.relpath(f"pictures/{match[1]}.svg", posixpath.dirname(uri) or ".")
+        shown = f"![{TEXTS.get(match[1], match[1])}]({way})"
+        if match[1] in MOVING:  # the style sheet shows one of the two
             still = way.removesuffix(".svg") + "_still.svg"
-            shown += f"{{ .moving }}![{TEXTS[found[1]]}]({still}){{ .still }}"
+            shown += f"{{ .moving }}![{TEXTS[match[1]]}]({still}){{ .still }}"
         return shown
 
     return _PICTURE.sub(picture, _LINK.sub(link, text))

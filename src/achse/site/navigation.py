@@ -21,8 +21,8 @@ _LAST = ["contributing.md", "how-to/release.md", "changelog.md", "security.md"]
 
 def how_to_groups(readme: str) -> dict[str, list[str]]:
     """Return the how-to pages of each group of README's list, in its order."""
-    found = {name: _HOW_TO.findall(text) for name, text in _ITEM.findall(readme)}
-    return {name: pages for name, pages in found.items() if pages}
+    groups = {name: _HOW_TO.findall(text) for name, text in _ITEM.findall(readme)}
+    return {name: pages for name, pages in groups.items() if pages}
 
 
 def navigation(readme: str, places: Iterable[str]) -> list[Section]:

@@ -83,7 +83,7 @@ def _terminal() -> str:
     with tempfile.TemporaryDirectory() as folder:
         Path(folder, "main.st").write_text(_PROGRAM, encoding="utf-8")
         settings: Mapping[str, Any] = {"cwd": folder, "text": True, "encoding": "utf-8"}
-        found = subprocess.run(
+        output = subprocess.run(
             [sys.executable, "-m", "achse", "check", "main.st"],
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
@@ -93,7 +93,7 @@ def _terminal() -> str:
         ).stdout
     console = Console(record=True, width=84, file=io.StringIO(), force_terminal=True)
     console.print("$ achse check main.st")
-    console.print(Text.from_ansi(found))
+    console.print(Text.from_ansi(output))
     drawn = console.export_svg(title="achse", unique_id="achse")
     return re.sub(r"@font-face \{.*?\}", "", drawn, flags=re.DOTALL)  # they are on a foreign host
 

@@ -140,7 +140,11 @@ class TestBench:
 
     def coverage(self) -> CoverageResult:
         """Coverage of the project; suites are not counted."""
-        counters = [found for tests in self.plcs if (found := tests.counters) is not None]
+        counters = [
+            counters_of_plc
+            for tests in self.plcs
+            if (counters_of_plc := tests.counters) is not None
+        ]
         files = {name: path for tests in self.plcs for name, path in tests.files.items()}
         suites = set().union(*(tests.suite_blocks for tests in self.plcs))
         return measured(
@@ -185,11 +189,11 @@ def _has_suites(plc: PlcRuntime) -> bool:
 def _files(root: Path) -> dict[str, str]:
     """The files of a project as one can open them from here, by their names in faults."""
     here = Path.cwd()
-    found = {}
+    files = {}
     for file, name in source_files(root):
         full = file.resolve()
-        found[name] = str(full.relative_to(here) if full.is_relative_to(here) else full)
-    return found
+        files[name] = str(full.relative_to(here) if full.is_relative_to(here) else full)
+    return files
 
 
 class PlcTests:
@@ -303,14 +307,14 @@ class PlcTests:
     def suite_blocks(self) -> set[str]:
         """Keys of the blocks that EXTEND FB_TestSuite."""
         blocks = self._bodies.project.blocks
-        found = {_SUITE}
+        suites = {_SUITE}
         for key in blocks:
             chain, here = [key], key
             while here in blocks and (here := blocks[here].base) and here not in chain:
                 chain.append(here)
             if _SUITE in chain:
-                found.add(key)
-        return found
+                suites.add(key)
+        return suites
 
     @property
     def suite_count(self) -> int:
@@ -333,15 +337,15 @@ class PlcTests:
     def _records(self) -> list[Record]:
         addresses = self._list["TestSuiteAddresses"]
         type = self._bodies.project.blocks[_SUITE].type
-        found = []
+        records = []
         for number in range(1, self.suite_count + 1):
             address = int(addresses[number])
             execution = self._bodies.execution
             assert execution is not None
-            found.append(
+            records.append(
                 self._bodies.context.record_at(address, execution.type_at(address) or type)
             )
-        return found
+        return records
 
     def _suite(self, record: Record) -> Suite:
         path = self._path(record)
@@ -391,9 +395,9 @@ class PlcTests:
     def _place_of(self, block: StructType[Any] | None, name: str) -> CodePlace | None:
         """Return the place of TEST in the block, or in one of its bases; None if it is unknown."""
         while block is not None:
-            found = self._observer.places.get((block.name.lower(), name.lower()))
-            if found is not None:
-                return found
+            place = self._observer.places.get((block.name.lower(), name.lower()))
+            if place is not None:
+                return place
             block = block.base
         return None
 

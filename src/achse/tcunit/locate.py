@@ -65,9 +65,9 @@ def find_tcunit(
         for name in _HOMES:
             home = parent / name
             if home.is_dir() and home != folder:
-                found = _tcunit_below(home)
-                if found is not None:
-                    return found
+                below = _tcunit_below(home)
+                if below is not None:
+                    return below
     raise TcUnitMissing
 
 

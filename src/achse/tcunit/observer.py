@@ -57,22 +57,22 @@ class Observer:
         self.places.setdefault((block.lower(), name.lower()), place)
 
     def _fails(self, arguments: tuple[Any, ...], named: Mapping[str, Any]) -> None:
-        given = dict(
+        inputs = dict(
             zip(("Expected", "Actual", "Message", "TestInstancePath"), arguments[1:], strict=False)
         )
-        given |= {name.removeprefix("v_"): value for name, value in named.items()}
-        given = {name.lower(): value for name, value in given.items()}
-        path = _text(given.get("testinstancepath", b""))
+        inputs |= {name.removeprefix("v_"): value for name, value in named.items()}
+        inputs = {name.lower(): value for name, value in inputs.items()}
+        path = _text(inputs.get("testinstancepath", b""))
         suite, _, test = path.rpartition("@")
-        found = self.failures.setdefault((suite.lower(), test.lower()), [])
+        failures = self.failures.setdefault((suite.lower(), test.lower()), [])
         frame = self._caller()
         place = None if frame is None else CodePlace(frame.f_code.co_filename, frame.f_lineno)
-        if len(found) < _MOST_FAILURES:
-            found.append(
+        if len(failures) < _MOST_FAILURES:
+            failures.append(
                 Failure(
-                    _text(given.get("message", b"")),
-                    _text(given.get("expected", b"")),
-                    _text(given.get("actual", b"")),
+                    _text(inputs.get("message", b"")),
+                    _text(inputs.get("expected", b"")),
+                    _text(inputs.get("actual", b"")),
                     place,
                 )
             )

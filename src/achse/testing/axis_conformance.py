@@ -156,8 +156,8 @@ class _Check:
                     continue
                 if len(data) != size:
                     yield f"{where}: has {len(data)} bytes, expected {size}"
-        if (found := self.read("axis_id")) != self._axis:
-            yield f"axis id: expected {self._axis}, got {found}"
+        if (axis_id := self.read("axis_id")) != self._axis:
+            yield f"axis id: expected {self._axis}, got {axis_id}"
 
     def _refusal(self, action: Callable[[], object]) -> int:
         """The code with which something is refused, 0 if it is not."""

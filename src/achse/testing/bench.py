@@ -67,24 +67,24 @@ def plc_unit(
     What needs the router (ADSREAD, FB_FileOpen, …) answers nobody here: test that in a station.
     Raises `SourceError` for what cannot be read, or has errors, and for a name that is not there.
     """
-    found = [
+    sources = [
         parse_file(file, shown, defines=defines) for file, shown in source_files(Path(project))
     ]
     further = list(libraries)
     others = [item for item in map(Path, further) if item.suffix.lower() != LIBRARY_TYPES]
     tables = [item for item in map(Path, further) if item.suffix.lower() == LIBRARY_TYPES]
-    given = [
+    library_sources = [
         parse_file(file, shown, defines=defines)
         for item in others
         for file, shown in source_files(item)
     ]
-    unit = _named(name, found, str(project))
-    text, parameters = _bench(unit, init or {}, [*found, *given])
+    unit = _named(name, sources, str(project))
+    text, parameters = _bench(unit, init or {}, [*sources, *library_sources])
     bench = parse(Source(text, _BENCH))
     types = LibraryTypes(
         (item.read_bytes(), item.name) for item in (*tables, *symbol_files(Path(project)))
     )
-    declared = declare([bench], libraries=[*found, *given], further=types)
+    declared = declare([bench], libraries=[*sources, *library_sources], further=types)
     return PlcUnit(
         unit.name,
         _runtime(declared, behaviour, cycle_time, floating_point_exceptions, check_bounds),
@@ -275,8 +275,8 @@ def _named(
         for unit in _units(sources)
         if isinstance(unit, FunctionBlock | Function | Program)
     }
-    found = known.get(name.lower())
-    if found is None:
+    tree = known.get(name.lower())
+    if tree is None:
         near = get_close_matches(name.lower(), known, 1)
         hint = f"; near: {known[near[0]].name}" if near else ""
         raise SourceError(
@@ -286,7 +286,7 @@ def _named(
                 )
             ]
         )
-    return found
+    return tree
 
 
 def _diagnostic(path: str, message: str) -> Diagnostic:
@@ -330,8 +330,8 @@ def _bench(
             if block.section == "VAR_IN_OUT":
                 for name, type, _ in _variables(block):
                     hold(block.section, name, type)
-        given = ", ".join(f"{name} := {_literal(value)}" for name, value in init.items())
-        lines.append(f"    {_INSTANCE} : {unit.name}{f'({given})' if given else ''};")
+        inputs = ", ".join(f"{name} := {_literal(value)}" for name, value in init.items())
+        lines.append(f"    {_INSTANCE} : {unit.name}{f'({inputs})' if inputs else ''};")
         call = f"{_INSTANCE}({', '.join(arguments)});"
     else:
         call = f"{unit.name}();"

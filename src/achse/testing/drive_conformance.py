@@ -135,9 +135,11 @@ class _Check:
     def _expect(
         self, what: str, index: int, subindex: int, data: bytes | None, code: AbortCode | None
     ) -> Iterator[str]:
-        found = self._refusal(index, subindex, data)
-        if found is not code:
-            yield (f"{index:04X}:{subindex:02X} {what}: expected {_name(code)}, got {_name(found)}")
+        refusal = self._refusal(index, subindex, data)
+        if refusal is not code:
+            yield (
+                f"{index:04X}:{subindex:02X} {what}: expected {_name(code)}, got {_name(refusal)}"
+            )
 
     def dictionary(self) -> Iterator[str]:
         """Every row: length, access, range; in PreOp."""
@@ -217,10 +219,10 @@ class _Check:
     def _state(self, word: int, expected: PowerState) -> Iterator[str]:
         before = state_of(self._inputs[1])
         if not self._until(word, lambda: state_of(self._inputs[1]) is expected):
-            found = state_of(self._inputs[1])
+            state = state_of(self._inputs[1])
             yield (
                 f"controlword 0x{word:04X} in {before.name}: expected {expected.name},"
-                f" got {found.name}"
+                f" got {state.name}"
             )
 
     def power(self, motion: bool) -> Iterator[str]:

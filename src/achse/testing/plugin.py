@@ -133,8 +133,8 @@ def _marked(request: pytest.FixtureRequest) -> dict[str, Any]:
     for marker in reversed(list(request.node.iter_markers(MARKER))):
         unknown = sorted(marker.kwargs.keys() - {*_IN_ORDER, *_BY_NAME})
         if unknown or len(marker.args) > len(_IN_ORDER):
-            given = ", ".join([*map(repr, marker.args), *unknown])
+            arguments = ", ".join([*map(repr, marker.args), *unknown])
             takes = ", ".join((*_IN_ORDER, *_BY_NAME))
-            raise pytest.UsageError(f"{MARKER} takes {takes}; got {given:.200}")
+            raise pytest.UsageError(f"{MARKER} takes {takes}; got {arguments:.200}")
         said |= dict(zip(_IN_ORDER, marker.args, strict=False)) | marker.kwargs
     return said

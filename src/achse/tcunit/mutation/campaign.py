@@ -218,7 +218,7 @@ class _Campaign:
         """Suites of which a test has another outcome if they run alone."""
         ordered = sorted(suites)
         works = [partial(base_run, limit=self._limits.seconds, only=suite) for suite in ordered]
-        found = set()
+        dependent = set()
         for number, result in self._all(works):
             plc, suite = ordered[number]
             alone: BaseRun | None = result.value
@@ -229,8 +229,8 @@ class _Campaign:
                 if test[0] == plc and test[1] == name
             }
             if alone is None or alone.problem or not wanted.items() <= alone.outcomes.items():
-                found.add(ordered[number])
-        return found
+                dependent.add(ordered[number])
+        return dependent
 
     def _one(self, work: Callable[[TestBench], T]) -> T:
         """The result of a run."""

@@ -116,13 +116,13 @@ class SourceEdits:
 
     def replaced_condition(self, at: int, text: str) -> TextEdit | None:
         """Another condition behind IF, ELSIF or WHILE."""
-        found = self._condition(at)
-        return None if found is None else TextEdit(*found, text)
+        span = self._condition(at)
+        return None if span is None else TextEdit(*span, text)
 
     def negated_condition(self, at: int) -> TextEdit | None:
         """The condition behind IF, ELSIF or WHILE with a NOT before it."""
-        found = self._condition(at)
-        return None if found is None else TextEdit(*found, f"NOT ({self._text[slice(*found)]})")
+        span = self._condition(at)
+        return None if span is None else TextEdit(*span, f"NOT ({self._text[slice(*span)]})")
 
     # operands --------------------------------------------------------------------------------
 
@@ -133,9 +133,9 @@ class SourceEdits:
         if index < 0:
             return []
         kind = self._kinds[index]
-        found, depth = [at], 0
+        offsets, depth = [at], 0
         here = index - 1
-        while len(found) < count and here >= 0:
+        while len(offsets) < count and here >= 0:
             each = self._kinds[here]
             if each in _CLOSING:
                 depth += 1
@@ -144,11 +144,11 @@ class SourceEdits:
             if depth < 0 or (depth == 0 and each in _BOUNDS):
                 break
             if depth == 0 and each == kind:
-                found.insert(0, self._starts[here])
+                offsets.insert(0, self._starts[here])
             elif depth == 0 and BINDING.get(each, 99) < BINDING.get(kind, 0):
                 break
             here -= 1
-        return found if len(found) == count else []
+        return offsets if len(offsets) == count else []
 
     def without_operand(self, places: list[int], number: int) -> tuple[TextEdit | None, str]:
         """No operand of that number in a chain of operators, and the operand; nothing if the

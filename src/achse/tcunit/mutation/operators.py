@@ -237,8 +237,8 @@ class _Walk:
                 if place:
                     site.branch = at
                     site.statement = statement.at
-                made = changed(one, condition=condition)
-                yield _with(statement, "branches", place, made), site
+                variant = changed(one, condition=condition)
+                yield _with(statement, "branches", place, variant), site
             for body, site in self.statements(one.body):
                 yield _with(statement, "branches", place, changed(one, body=body)), site
         for body, site in self.statements(statement.otherwise):
@@ -357,11 +357,11 @@ class _Walk:
         if isinstance(value.type, BoolType):
             for place in range(len(operands)):
                 rest = operands[:place] + operands[place + 1 :]
-                kept = rest[0] if len(rest) == 1 else changed(value, operands=rest)
+                variant = rest[0] if len(rest) == 1 else changed(value, operands=rest)
                 edit, gone = self._edits.without_operand(places, place)
                 here = places[max(place - 1, 0)] if places else at
                 change = f"{gone or f'operand {place + 1} of {sign}'} removed"
-                yield kept, _Site(MutationOperator.CONDITION, here, change, edit)
+                yield variant, _Site(MutationOperator.CONDITION, here, change, edit)
 
     def _shortcut(self, value: Shortcut) -> _Variants:
         signs = ("AND_THEN", "OR_ELSE") if value.is_and else ("OR_ELSE", "AND_THEN")
@@ -372,10 +372,10 @@ class _Walk:
         site = _Site(MutationOperator.LOGIC, at, f"{signs[0]} becomes {signs[1]}", edit)
         yield changed(value, is_and=not value.is_and), site
         places = self._edits.chain(at, 1)
-        for place, kept in enumerate((value.right, value.left)):
+        for place, operand in enumerate((value.right, value.left)):
             edit, gone = self._edits.without_operand(places, place)
             change = f"{gone or f'operand {place + 1} of {signs[0]}'} removed"
-            yield kept, _Site(MutationOperator.CONDITION, at, change, edit)
+            yield operand, _Site(MutationOperator.CONDITION, at, change, edit)
 
     def _known(self, value: Known) -> _Variants:
         if not self._edits.is_text(value.at):

@@ -59,11 +59,11 @@ class SuiteReach:
                     owner: points.values(Counter(counts)) for owner, counts in self.counts.items()
                 }
         values = self._values.get(mutant.routine.key, {})
-        found = {
+        suites = {
             owner for owner, of in values.items() if any(tally.of(of) > 0 for tally in tallies)
         }
         return Reached(
-            frozenset(found - {AT_START, ELSEWHERE}), AT_START in found, ELSEWHERE in found
+            frozenset(suites - {AT_START, ELSEWHERE}), AT_START in suites, ELSEWHERE in suites
         )
 
 

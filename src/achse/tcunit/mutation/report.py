@@ -67,11 +67,11 @@ def _mutant(one: MutantResult) -> Iterator[str]:
 
 
 def _not_covered(run: MutationRun) -> Iterator[str]:
-    found: dict[tuple[str, str], list[MutantResult]] = {}
+    by_routine: dict[tuple[str, str], list[MutantResult]] = {}
     for one in run.mutants:
         if one.outcome is MutantOutcome.NOT_COVERED:
-            found.setdefault((one.path, one.routine), []).append(one)
-    for (path, routine), mutants in found.items():
+            by_routine.setdefault((one.path, one.routine), []).append(one)
+    for (path, routine), mutants in by_routine.items():
         places = dict.fromkeys(one.place or str(one.line) for one in mutants)
         more = ", …" if len(places) > 12 else ""
         shown = ", ".join(list(places)[:12])
@@ -185,7 +185,7 @@ def _json_mutant(number: int, one: MutantResult) -> dict[str, object]:
         start = {"line": first.line, "column": first.column}
         last = one.source.locate(max(one.edit.end - 1, one.edit.start))
         end = {"line": last.line, "column": last.column + 1}
-    found: dict[str, object] = {
+    mutant: dict[str, object] = {
         "id": str(number),
         "mutatorName": one.fault.value,
         "replacement": replacement,
@@ -194,8 +194,8 @@ def _json_mutant(number: int, one: MutantResult) -> dict[str, object]:
         "status": _STATUSES[one.outcome],
     }
     if one.test:
-        found["statusReason"] = one.test
-    return found
+        mutant["statusReason"] = one.test
+    return mutant
 
 
 def _text(run: MutationRun) -> str:

@@ -124,7 +124,7 @@ class MutationRun:
 
     def by_file(self) -> dict[str, list[MutantResult]]:
         """Mutants by path."""
-        found: dict[str, list[MutantResult]] = {}
+        by_file: dict[str, list[MutantResult]] = {}
         for one in self.mutants:
-            found.setdefault(one.path, []).append(one)
-        return found
+            by_file.setdefault(one.path, []).append(one)
+        return by_file
