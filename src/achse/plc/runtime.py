@@ -402,7 +402,7 @@ class PlcRuntime:
         except Exception as failure:
             self._fail("the start after an online change failed", failure)
         statics = [] if self.bodies is None else self.bodies.statics
-        allocations = () if self.bodies is None else self.bodies.instances.made()
+        allocations = () if self.bodies is None else self.bodies.instances.allocations()
         variables = [*self.variables, *statics]
         carried = snapshot.restore_values(self.memory, variables, allocations, moves.renewed)
         put_start_values(self.units, self._statics, self.memory, of=PointerType)
@@ -498,15 +498,15 @@ class PlcRuntime:
         """
         # They know this module.
         from achse.plc.retention.retained_state import (
-            forget_made,
             inherit_variables,
+            reset_heap_pointers,
             retained_variables,
         )
 
         self._abandon()
         retained = {} if origin else retained_variables(self)
         self.memory.reset(origin=origin)
-        forget_made(self)
+        reset_heap_pointers(self)
         if self.bodies is not None:
             self.bodies.reset()
         self.restarts += 1

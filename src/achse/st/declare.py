@@ -204,7 +204,7 @@ class _Declarer:
                 continue
         self._names.check_pointers()
         if self._names.unknown_types:
-            self._tell_all_missing(own)
+            self._report_all_missing(own)
         for name, (address, source) in list(self._names.config_addresses.items()):
             if name[0] == ".":
                 continue  # A list that TwinCAT 2 wrote may be out of date: the checker warns.
@@ -224,7 +224,7 @@ class _Declarer:
             self._names,
         )
 
-    def _tell_all_missing(self, own: Sequence[DeclaredUnit]) -> None:
+    def _report_all_missing(self, own: Sequence[DeclaredUnit]) -> None:
         """Missing types in what could not be declared because of others, so that one look at the
         faults finds them all."""
         from achse.st.missing.walk import MissingNames  # few need it

@@ -130,7 +130,7 @@ class TestBench:
             if fault is not None:
                 return TestRun(suites, duration, str(fault), tests.place(fault.path, fault.line))
         if not any(suite.tests for suite in suites):
-            problem = self._why_nothing() or problem
+            problem = self._reason_without_tests() or problem
         return TestRun(suites, duration, problem)
 
     @property
@@ -174,7 +174,7 @@ class TestBench:
         station.advance(_REST * step)
         return ""
 
-    def _why_nothing(self) -> str:
+    def _reason_without_tests(self) -> str:
         if not any(tests.suite_count for tests in self.plcs):
             return "no test suite: no PROGRAM has an instance of a block that EXTENDS FB_TestSuite"
         if not any(tests.is_started for tests in self.plcs):

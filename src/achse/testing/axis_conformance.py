@@ -73,7 +73,7 @@ def check_axis(
     check = _Check(client, axis, wait)
     faults = [*check.rows(), *check.refusals()]
     if faults or not motion:
-        _tell(faults)
+        _raise_faults(faults)
         return
     before = check.read("control_dword"), check.read("velocity_override")
     try:
@@ -85,10 +85,10 @@ def check_axis(
         check.settle()
         check.write("control_dword", before[0])
         check.write("velocity_override", before[1])
-    _tell(faults)
+    _raise_faults(faults)
 
 
-def _tell(faults: list[str]) -> None:
+def _raise_faults(faults: list[str]) -> None:
     if faults:
         raise ConformanceError("\n".join(faults))
 

@@ -39,7 +39,7 @@ class _Client:
         self.frames.append(frame)
         return True
 
-    def ask(self, command: int, data: bytes = b"") -> Frame:
+    def request(self, command: int, data: bytes = b"") -> Frame:
         """The answer; what else came (samples) is dropped."""
         self._invoke_id += 1
         self.frames.clear()
@@ -50,7 +50,7 @@ class _Client:
         return answers[0]
 
     def result(self, command: int, data: bytes = b"") -> int:
-        answer = self.ask(command, data)
+        answer = self.request(command, data)
         return int.from_bytes(answer.data[:4], "little")
 
 
@@ -78,13 +78,13 @@ def check_device(make_device: Callable[[], Device], *, rows: bool = True) -> Non
 
 
 def _basics(client: _Client) -> Iterator[str]:
-    info = client.ask(Command.READ_DEVICE_INFO)
+    info = client.request(Command.READ_DEVICE_INFO)
     if len(info.data) != 24 or any(info.data[:4]) or not info.data[8:].rstrip(b"\0"):
         yield f"Read Device Info answers {info.data.hex(' ')}"
-    state = client.ask(Command.READ_STATE)
+    state = client.request(Command.READ_STATE)
     if len(state.data) != 8 or any(state.data[:4]):
         yield f"Read State answers {state.data.hex(' ')}"
-    unknown = client.ask(0x77)
+    unknown = client.request(0x77)
     if not unknown.error:
         yield "an unknown command is not refused in the AMS header"
     nowhere = 0x7777_0001
@@ -97,7 +97,7 @@ def _basics(client: _Client) -> Iterator[str]:
         (Command.WRITE_CONTROL, struct.pack("<HHI", 0xFFFF, 0, 0)),
         *((command, b"\1\2\3") for command in Command if command != Command.NOTIFICATION),
     ):
-        answer = client.ask(command, data)
+        answer = client.request(command, data)
         size = 4 + len(ERROR_PADDING[Command(command)])
         if not any(answer.data[:4]):
             yield f"{command.name} with {data.hex(' ')} is not refused"
@@ -105,14 +105,14 @@ def _basics(client: _Client) -> Iterator[str]:
             yield f"a refused {command.name} has {len(answer.data)} bytes, expected {size}"
     parts = b"".join(_PLACE.pack(group, 0, 2) for group in (ReservedGroup.DEVICE, nowhere))
     sum_data = struct.pack("<4I", ReservedGroup.SUM_READ, 2, 12, len(parts)) + parts
-    answer = client.ask(Command.READ_WRITE, sum_data)
+    answer = client.request(Command.READ_WRITE, sum_data)
     if len(answer.data) != 20 or answer.data[8:12] != bytes(4) or answer.data[12:16] == bytes(4):
         yield f"a sum read of a good and a bad part answers {answer.data.hex(' ')}"
 
 
 def _notifications(client: _Client) -> Iterator[str]:
     body = struct.pack("<6I16x", ReservedGroup.DEVICE, 0, 4, 4, 0, 100_000)
-    answer = client.ask(Command.ADD_NOTIFICATION, body)
+    answer = client.request(Command.ADD_NOTIFICATION, body)
     samples = [frame for frame in client.frames if frame.command == Command.NOTIFICATION]
     if len(answer.data) != 8 or any(answer.data[:4]):
         yield f"Add Notification of the state (0xF100) answers {answer.data.hex(' ')}"
@@ -134,7 +134,7 @@ def _rows(client: _Client, rows: list[RowFacts]) -> Iterator[str]:
         group, offset = row.index_group, row.index_offset
         where = f"{row.name} (0x{group:X}:0x{offset:X})"
         for length in _READ_LENGTHS:
-            answer = client.ask(Command.READ, _PLACE.pack(group, offset, length))
+            answer = client.request(Command.READ, _PLACE.pack(group, offset, length))
             if len(answer.data) < 8:
                 yield f"{where}: an answer to a read has {len(answer.data)} bytes, 8 are the least"
                 break

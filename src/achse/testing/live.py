@@ -119,13 +119,13 @@ class LiveStation(Live):
         self.speed = {"real": 1.0, "virtual": 0.0}.get(time, time)  # type: ignore[arg-type]
         if not isinstance(self.speed, int | float) or self.speed < 0:
             raise ValueError(f'time: expected "real", "virtual" or a speed, got {time!r}')
-        self._where = (free_host(tcp_port) if host is None else host, tcp_port)
+        self._address = (free_host(tcp_port) if host is None else host, tcp_port)
         self.station: Station
         """The station itself; touch it through `run` only."""
         self._broke: BaseException | None = None
 
     def _make(self) -> Station:
-        net_id = f"{self._where[0]}.1.1"
+        net_id = f"{self._address[0]}.1.1"
         config = self._config
         if config is None:
             return Station.demo(net_id=net_id)
@@ -146,7 +146,7 @@ class LiveStation(Live):
     @contextlib.asynccontextmanager
     async def _serving(self):  # type: ignore[no-untyped-def]
         self.station = self._make()
-        async with self.station.running(*self._where, speed=self.speed) as running:
+        async with self.station.running(*self._address, speed=self.speed) as running:
             watch = asyncio.create_task(running.finished())
             yield running.host, running.tcp_port
             if watch.done():
@@ -166,7 +166,7 @@ class LiveStation(Live):
 
         It comes back at the same address, with its time at 0 and without faults.
         """
-        self._where = (self.host, self.tcp_port)
+        self._address = (self.host, self.tcp_port)
         self.stop()
         self.start()
 

@@ -136,7 +136,7 @@ class SegmentReach:
             if body[1] >> 4 != _EMERGENCY:
                 return body
 
-    def _ask(self, command: int, index: int, subindex: int, data: bytes) -> bytes:
+    def _request(self, command: int, index: int, subindex: int, data: bytes) -> bytes:
         """The body of the answer to an SDO request."""
         request = _SDO.pack(_REQUEST, command, index, subindex) + data.ljust(4, b"\0")
         answer = self.coe(request)[2:]
@@ -147,7 +147,7 @@ class SegmentReach:
 
     def read(self, index: int, subindex: int = 0) -> bytes:
         """An object of up to one mailbox; raises SdoAbort."""
-        answer = self._ask(0x40, index, subindex, b"")
+        answer = self._request(0x40, index, subindex, b"")
         if answer[0] & 0x02:
             return answer[4 : 8 - (answer[0] >> 2 & 3)]
         size = int.from_bytes(answer[4:8], "little")
@@ -156,9 +156,9 @@ class SegmentReach:
     def write(self, index: int, subindex: int, data: bytes) -> None:
         """Write an object of up to four bytes or one mailbox; raises SdoAbort."""
         if 0 < len(data) <= 4:
-            self._ask(0x23 | 4 - len(data) << 2, index, subindex, data)
+            self._request(0x23 | 4 - len(data) << 2, index, subindex, data)
         else:
-            self._ask(0x21, index, subindex, len(data).to_bytes(4, "little") + data)
+            self._request(0x21, index, subindex, len(data).to_bytes(4, "little") + data)
 
     # states and process data
 

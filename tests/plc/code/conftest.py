@@ -25,7 +25,7 @@ from achse.plc.task import Task
 from achse.st.check import check
 from achse.st.declare import Declarations, declare
 from achse.st.files.defines import SourceDefines
-from achse.st.lexis.pragmas import asks_for_declarations
+from achse.st.lexis.pragmas import needs_declarations
 from achse.st.lexis.source import Source
 from achse.st.syntax.parser import parse
 from achse.st.typed.places import Storage, UnitBase, flat
@@ -117,7 +117,7 @@ def _checked(text: str, check_bounds: bool = True) -> tuple[Declarations, TypedP
     """What the front end makes of a source: a PLC and its twin, and the next one, share it."""
     source = Source(text, "test.st")
     parsed = parse(source, name="GVL")
-    if asks_for_declarations(text):
+    if needs_declarations(text):
         parsed = parse(source, name="GVL", defines=SourceDefines({}, parsed, [parsed]))
     project = declare([parsed])
     system = system_info_list([Task()], app_name="", project_name="", port=0, timestamp=0)

@@ -183,9 +183,9 @@ def test_an_error_of_the_type_system_becomes_one_of_the_source() -> None:
         raise IecError("no such type")
 
     with pytest.raises(Unexpected, match="no such type") as caught:
-        Scopes.made(refused, 17)
+        Scopes.build(refused, 17)
     assert caught.value.at == 17
-    assert Scopes.made(lambda: INT, 17) is INT
+    assert Scopes.build(lambda: INT, 17) is INT
 
 
 def test_attributes_keep_their_spelling_but_the_one_that_decides_a_layout() -> None:

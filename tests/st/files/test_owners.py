@@ -2,7 +2,7 @@
 
 import pytest
 
-from achse.st.files.owners import left_to_station, with_drawn_bodies
+from achse.st.files.owners import address_for_station, with_drawn_bodies
 from achse.st.graphical.body import GraphicalBody
 from achse.st.syntax.nodes import changed
 from achse.st.syntax.parser import parse
@@ -55,4 +55,4 @@ def test_unit_without_drawings_stays_as_it_is() -> None:
 def test_place_in_a_configuration_of_hardware_is_left_to_the_station(
     address: str, expected: str
 ) -> None:
-    assert left_to_station(address) == expected
+    assert address_for_station(address) == expected

@@ -12,17 +12,17 @@ def test_literals_tell_least() -> None:
         ("DINT", "LREAL"),
         ("REAL", "REAL"),
     ]:
-        use.told(told)
+        use.note_type(told)
         assert use.type == known
     assert not use.is_mixed
-    use.told("BOOL")
+    use.note_type("BOOL")
     assert (use.type, use.is_mixed) == ("REAL", True)
 
 
 def test_texts_and_numbers_are_mixed() -> None:
     use = MissingUse("x")
-    use.told(LONG_TEXT)
-    use.told("INT")
+    use.note_type(LONG_TEXT)
+    use.note_type("INT")
     assert (use.type, use.is_mixed) == ("INT", True)
 
 

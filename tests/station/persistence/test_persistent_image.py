@@ -9,7 +9,7 @@ from achse.motion import Nc
 from achse.motion.nc import AxisParameters
 from achse.motion.retained import RetainedState
 from achse.plc import PlcRuntime, Task
-from achse.plc.retention.retained import Lead, RetainedVariable
+from achse.plc.retention.retained import PointerTarget, RetainedVariable
 from achse.plc.retention.retained_state import retained_variables
 from achse.station.persistence.persistent_image import (
     PersistentImage,
@@ -35,7 +35,9 @@ numbers = st.floats(-1e15, 1e15)
 remains = st.builds(
     RetainedState, st.lists(numbers, min_size=1, max_size=3), numbers, st.integers(0, 1)
 )
-leads = st.builds(Lead, st.integers(0, 9), st.text(max_size=9), st.just("ab"), st.integers(0, 99))
+leads = st.builds(
+    PointerTarget, st.integers(0, 9), st.text(max_size=9), st.just("ab"), st.integers(0, 99)
+)
 variables = st.dictionaries(
     st.text(max_size=9),
     st.builds(

@@ -46,5 +46,5 @@ def test_lines_before_and_after() -> None:
 
 def test_places_of_drawings_have_no_line() -> None:
     source = Source("", "a.st")
-    assert result(source, None).where == "a.st:3"
-    assert result(source, None, "network 2, box 1").where == "a.st:network 2, box 1"
+    assert result(source, None).location == "a.st:3"
+    assert result(source, None, "network 2, box 1").location == "a.st:network 2, box 1"

@@ -534,7 +534,7 @@ class Execution:
     def _delete(self, address: int) -> None:
         if not address:
             return
-        allocation = self.heap.held(address)
+        allocation = self.heap.allocation(address)
         if allocation is not None:
             of, count = allocation
             block = self.project.blocks.get(of.name.lower())

@@ -93,12 +93,12 @@ class Heap:
         """Say what is in the bytes at an address."""
         self._records[address] = (of, count)
 
-    def all_held(self) -> Iterator[tuple[int, StructType[Any], int]]:
+    def allocations(self) -> Iterator[tuple[int, StructType[Any], int]]:
         """Address, type and number of all records."""
         for address, (of, count) in self._records.items():
             yield address, of, count
 
-    def held(self, address: int) -> tuple[StructType[Any], int] | None:
+    def allocation(self, address: int) -> tuple[StructType[Any], int] | None:
         """The records that are there; None if there are others or none."""
         return self._records.get(address)
 

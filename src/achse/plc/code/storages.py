@@ -155,7 +155,7 @@ class Storages:
         if place.bit is None:
             if place.home is Home.LOCAL:
                 assert place.variable is not None
-                return f"{local_name(place.variable)} = {_held(type, value).text}"
+                return f"{local_name(place.variable)} = {_as_stored(type, value).text}"
             if not isinstance(type, StringType | StructType | ArrayType):
                 code, stored = _for_memory(type, value)
                 view = self._view(place, code)
@@ -183,7 +183,7 @@ class Storages:
                 f"store_parts({address}, {value.text}, {self._of.linker.constant(parts)})"
             )
         # The value goes on to the next link of a chain, so it must be what a read would give.
-        value, code = _held(type, value), format_of(type)
+        value, code = _as_stored(type, value), format_of(type)
         view = self._view(place, code)
         text = (
             f"put({view[0]}, {view[1]}, {value.text})"
@@ -196,7 +196,7 @@ class Storages:
         assert place.variable is not None
         name, whole_type = local_name(place.variable), resolved(place.variable.type)
         if place.bit is None or isinstance(whole_type, BoolType):
-            value = _held(place.type, value)
+            value = _as_stored(place.type, value)
             return CodeExpression(f"({name} := {value.text})", ATOM, value.low, value.high)
         mask = 1 << place.offset * 8 + place.bit
         temporary = self._of.temporary()
@@ -224,7 +224,7 @@ def _counted_or_none(type: IecType[Any] | None) -> IntegerType | None:
     return counted(type) if type is not None and is_whole(type) else None
 
 
-def _held(type: IecType[Any], value: CodeExpression) -> CodeExpression:
+def _as_stored(type: IecType[Any], value: CodeExpression) -> CodeExpression:
     """A value as its type holds it."""
     whole = _counted_or_none(type)
     if whole is not None:

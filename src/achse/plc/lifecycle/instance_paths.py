@@ -22,7 +22,7 @@ def put_instance_paths(variables: Iterable[PlacedVariable], memory: Memory) -> N
     """
     known: dict[int, bool] = {}
     for placed in variables:
-        if _asks(placed.variable.type, known):
+        if _has_path(placed.variable.type, known):
             for text, offset, name in _texts(placed.variable.type, placed.name, 0, known):
                 data = text.short(text.cut(name))
                 memory[placed.area].write(placed.offset + offset, data)
@@ -43,17 +43,17 @@ def _reflects(type: StructType[Any]) -> bool:
     return False
 
 
-def _asks(type: IecType[Any], known: dict[int, bool]) -> bool:
+def _has_path(type: IecType[Any], known: dict[int, bool]) -> bool:
     """Return True if a variable inside a type gets an instance path."""
     real = resolved(type)
     has_path = known.get(id(real))
     if has_path is None:
         if isinstance(real, ArrayType):
-            has_path = _asks(real.element, known)
+            has_path = _has_path(real.element, known)
         elif isinstance(real, StructType):
             is_block = real.kind is RecordKind.FUNCTION_BLOCK and _reflects(real)
             has_path = any(
-                (is_block and _is_path(member)) or _asks(member.type, known)
+                (is_block and _is_path(member)) or _has_path(member.type, known)
                 for member in real.fields
             )
         else:
@@ -80,7 +80,7 @@ def _texts(
             if is_block and _is_path(member):
                 assert isinstance(text, StringType)
                 yield text, offset + member.offset, name
-            elif _asks(member.type, known):
+            elif _has_path(member.type, known):
                 yield from _texts(
                     member.type, f"{name}.{member.name}", offset + member.offset, known
                 )

@@ -107,9 +107,9 @@ class InstanceLifecycle:
             for unit in self._project.units.values():
                 self._part(unit.reinit, moves.copied)
 
-    def made(self) -> Iterator[tuple[int, IecType[Any]]]:
+    def allocations(self) -> Iterator[tuple[int, IecType[Any]]]:
         """Address and type of each record that `__NEW` made."""
-        for address, of, count in self._execution.heap.all_held():
+        for address, of, count in self._execution.heap.allocations():
             for number in range(count):
                 yield address + number * of.size, of
 
@@ -119,7 +119,7 @@ class InstanceLifecycle:
         `declared` are the types from now on, by name in lower case. (The vendor's tools take no
         online change then either: such memory does not move.)
         """
-        for _, of, _ in self._execution.heap.all_held():
+        for _, of, _ in self._execution.heap.allocations():
             new = declared.get(of.name.lower())
             if new is None or not is_alike(of, new):
                 what = "is gone" if new is None else "has another layout"

@@ -69,7 +69,7 @@ class CallTranslator:
             results = b.call(of.module.function(call.routine.key), *arguments)
         else:
             results = b.call_at(target, _like(signature), *arguments)
-        result_value = self._given(result, results, room)
+        result_value = self._result_value(result, results, room)
         if call.outputs:
             parts = zip(signature.outputs, places, strict=True)
             values = (result_value, *[self._read(*part) for part in parts])
@@ -91,7 +91,7 @@ class CallTranslator:
             operands += words
         return operands
 
-    def _given(
+    def _result_value(
         self, result: SignaturePart | None, results: tuple[Operand, ...], room: Operand | None
     ) -> MachineValue:
         if result is None:

@@ -46,7 +46,7 @@ class OutsideTranslator:
             assert isinstance(operand, Operand)
             bits = self._bits(operand)
         buffer = of.buffer(type.length * type.unit)
-        (size,) = b.call(of.module.support.text_made, number, bits, address, length, buffer)
+        (size,) = b.call(of.module.support.make_text, number, bits, address, length, buffer)
         return MachineText(buffer, size, steady=True)
 
     def _bits(self, value: Operand) -> Operand:
@@ -61,19 +61,19 @@ class OutsideTranslator:
 def nodes_outside(routine: Routine) -> Iterator[TypedValue]:
     """The nodes of a routine that Python does, always in the same order."""
     for part in (routine.opening, routine.body or ()):
-        yield from _found(part)
+        yield from _nodes_by_python(part)
 
 
-def _found(part: Any) -> Iterator[TypedValue]:
+def _nodes_by_python(part: Any) -> Iterator[TypedValue]:
     if isinstance(part, tuple):
         for one in part:
-            yield from _found(one)
+            yield from _nodes_by_python(one)
     elif is_dataclass(part) and not isinstance(part, type):
         if isinstance(part, EnumName) or (isinstance(part, Converted) and part.rule in _BY_PYTHON):
             yield part
         if type(part).__module__.startswith(_TYPED):
             for field in fields(part):
-                yield from _found(getattr(part, field.name))
+                yield from _nodes_by_python(getattr(part, field.name))
 
 
 _TYPED = "achse.st.typed"

@@ -101,10 +101,10 @@ class MachineProgram:
                 "clock": host.clock_ns,
                 "task_index": host.task_index,
                 "caught": self._caught,
-                "hold": self._hold,
-                "again": self._again,
+                "push_exception": self._push_exception,
+                "reraise": self._reraise,
                 "missing": self._missing,
-                "text_made": self._text_made,
+                "make_text": self._make_text,
                 "text_read": self._text_read,
             },
             deepest=host.deepest,
@@ -302,10 +302,10 @@ class MachineProgram:
         finally:
             del failure
 
-    def _hold(self) -> None:
+    def _push_exception(self) -> None:
         self._exceptions.append(self._failure())
 
-    def _again(self) -> None:
+    def _reraise(self) -> None:
         raise self._exceptions.pop()
 
     def _missing(self, address: int, number: int) -> None:
@@ -319,7 +319,7 @@ class MachineProgram:
                 return node
         raise AssertionError(f"no node {place} in {self._routines[routine].name}")
 
-    def _text_made(self, number: int, bits: int, text: int, size: int, room: int) -> int:
+    def _make_text(self, number: int, bits: int, text: int, size: int, room: int) -> int:
         maker = self._makers.get(number)
         if maker is None:
             maker = self._makers[number] = maker_of(self._node(number))

@@ -305,9 +305,9 @@ class StatementTranslator:
         at = of.at
         b.begin(failed)
         b.store(b.get(depth), frames)
-        b.call(of.module.support.hold)
+        b.call(of.module.support.push_exception)
         self.block(statement.final)
-        b.call(of.module.support.again)
+        b.call(of.module.support.reraise)
         b.begin(end)
         of.at = at
         self.block(statement.final)

@@ -42,10 +42,10 @@ CALLBACKS: Mapping[str, FunctionSignature] = {
     "clock": FunctionSignature((), (U64,)),
     "task_index": FunctionSignature((), (I64,)),
     "caught": FunctionSignature((), (I64,)),
-    "hold": FunctionSignature(),
-    "again": FunctionSignature(),
+    "push_exception": FunctionSignature(),
+    "reraise": FunctionSignature(),
     "missing": FunctionSignature((U64, I64)),
-    "text_made": FunctionSignature((I64, I64, ADDRESS, I64, ADDRESS), (I64,)),
+    "make_text": FunctionSignature((I64, I64, ADDRESS, I64, ADDRESS), (I64,)),
     "text_read": FunctionSignature((I64, ADDRESS, I64), (I64,)),
 }
 
@@ -83,10 +83,10 @@ class Support:
         self.clock = functions["clock"]
         self.task_index = functions["task_index"]
         self.caught = functions["caught"]
-        self.hold = functions["hold"]
-        self.again = functions["again"]
+        self.push_exception = functions["push_exception"]
+        self.reraise = functions["reraise"]
         self.missing = functions["missing"]
-        self.text_made = functions["text_made"]
+        self.make_text = functions["make_text"]
         self.text_read = functions["text_read"]
         self.locate = self._locate()
         self.rounded = self._rounded()

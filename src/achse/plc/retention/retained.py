@@ -24,7 +24,7 @@ IMAGES = (Area.INPUT, Area.OUTPUT, Area.FLAG)
 """Areas whose addresses stay: pointers into them keep area and offset."""
 
 
-class Lead(NamedTuple):
+class PointerTarget(NamedTuple):
     """Target of a pointer."""
 
     at: int
@@ -44,7 +44,7 @@ class RetainedVariable(NamedTuple):
     """The GUID of its type, in hexadecimal digits."""
     data: bytes
     """Its bytes; pointers are 0."""
-    leads: tuple[Lead, ...] = ()
+    leads: tuple[PointerTarget, ...] = ()
 
 
 class RetainedPart(NamedTuple):
@@ -150,12 +150,12 @@ class RetainedLayout:
             leads = []
             for offset, width in pointers:
                 address = int.from_bytes(content[offset : offset + width], "little")
-                leads += self._leads(offset, address, begins)
+                leads += self._pointer_targets(offset, address, begins)
                 content = content[:offset] + bytes(width) + content[offset + width :]
             values[name] = RetainedVariable(type, content, tuple(leads))
         return values
 
-    def _leads(self, at: int, address: int, begins: Sequence[int]) -> list[Lead]:
+    def _pointer_targets(self, at: int, address: int, begins: Sequence[int]) -> list[PointerTarget]:
         """Return where an address leads; nothing if its target is not a variable."""
         number = bisect_right(begins, address) - 1
         if number < 0:
@@ -163,7 +163,7 @@ class RetainedLayout:
         begin, size, name, type = self.targets[number]
         if address - begin >= size:
             return []
-        return [Lead(at, name, type, address - begin)]
+        return [PointerTarget(at, name, type, address - begin)]
 
     def document(self) -> dict[str, Any]:
         """Return the layout for JSON."""

@@ -13,7 +13,7 @@ from achse.plc.program import PlacedVariable
 from achse.plc.retention.layout import parts_without_headers, pointers_within
 from achse.plc.retention.retained import (
     IMAGES,
-    Lead,
+    PointerTarget,
     RetainedLayout,
     RetainedVariable,
     all_variables,
@@ -67,7 +67,7 @@ def inherit_variables(plc: "PlcRuntime", retained: Mapping[str, RetainedVariable
     return sorted(left)
 
 
-def forget_made(plc: "PlcRuntime") -> None:
+def reset_heap_pointers(plc: "PlcRuntime") -> None:
     """Let pointers in what a reset has spared start again if they led to what `__NEW` made."""
     for part in retained_parts(plc):
         region = plc.memory[part.area]
@@ -77,7 +77,9 @@ def forget_made(plc: "PlcRuntime") -> None:
                 region.write(part.offset + at, region.initial(part.offset + at, size))
 
 
-def _address(memory: Memory, lead: Lead, targets: Mapping[str, PlacedVariable]) -> int | None:
+def _address(
+    memory: Memory, lead: PointerTarget, targets: Mapping[str, PlacedVariable]
+) -> int | None:
     """Return the present address of a pointer's target; None if it is gone."""
     for area in IMAGES:
         if lead.target == area.value:

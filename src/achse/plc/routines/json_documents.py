@@ -88,25 +88,25 @@ class JsonDocuments(KeptDocuments[_Value]):
         self._roots[document] = self._keep(_Value(JsonKind.NULL), None)
         try:
             parsed = json.loads(text, object_pairs_hook=_Members)
-            root = self._made(parsed, 0)
+            root = self._value(parsed, 0)
         except (ValueError, RecursionError):
             return False
         self._drop(self._roots[document])
         self._roots[document] = self._keep(root, None)
         return True
 
-    def _made(self, plain: Any, depth: int) -> _Value:
+    def _value(self, plain: Any, depth: int) -> _Value:
         if depth > _DEEPEST:
             raise ValueError("too deep")
         if isinstance(plain, _Members):
             value = _Value(JsonKind.OBJECT, [])
             for name, item in plain:
-                member = self._made(item, depth + 1)
+                member = self._value(item, depth + 1)
                 member.name = name
                 value.content.append(member)
             return value
         if isinstance(plain, list):
-            return _Value(JsonKind.ARRAY, [self._made(item, depth + 1) for item in plain])
+            return _Value(JsonKind.ARRAY, [self._value(item, depth + 1) for item in plain])
         if isinstance(plain, str):
             return _Value(JsonKind.STRING, plain)
         if plain is None:
@@ -191,7 +191,7 @@ class JsonDocuments(KeptDocuments[_Value]):
     def put_text(self, number: int, where: int, name: str, text: str) -> int:
         """A value as JSON in, behind or instead of another; its number, 0 if that cannot be."""
         try:
-            value = self._made(json.loads(text, object_pairs_hook=_Members), 0)
+            value = self._value(json.loads(text, object_pairs_hook=_Members), 0)
         except (ValueError, RecursionError):
             return 0
         place = self.put(number, where, name, JsonKind.NULL, None)

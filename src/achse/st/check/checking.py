@@ -136,7 +136,7 @@ class Checking:
         self._units: dict[str, TypedUnit] = {}
         self._statics: list[StaticBase] = []
         self._record_queue: deque[StructType[Any]] = deque()
-        self._asked_records: set[str] = set()
+        self._requested_records: set[str] = set()
         self._life_queue: deque[tuple[StructType[Any], LifeEvent]] = deque()
 
     # what routines ask for -------------------------------------------------------------------
@@ -190,8 +190,8 @@ class Checking:
     def require_record(self, type: StructType[Any]) -> None:
         """Have the routines and tables of a record made, because there is one."""
         key = type.name.lower()
-        if key not in self._asked_records:
-            self._asked_records.add(key)
+        if key not in self._requested_records:
+            self._requested_records.add(key)
             self._record_queue.append(type)
 
     def without_source(self, name: str) -> None:

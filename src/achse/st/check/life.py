@@ -218,7 +218,7 @@ class Life:
             arguments += inputs
         return tuple(arguments)
 
-    def begun_again(
+    def created_again(
         self,
         body: "RoutineBody",
         storage: Storage,

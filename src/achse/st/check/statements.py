@@ -149,7 +149,7 @@ class StatementChecker:
             return []
         if block.storage is None or body.life.init_method(type) is not None:
             return []
-        return body.life.begun_again(body, block.storage, type, tree.arguments, of.at)
+        return body.life.created_again(body, block.storage, type, tree.arguments, of.at)
 
     def _call(self, tree: Call) -> TypedStatement:
         if statements := self._implicit_init(tree):

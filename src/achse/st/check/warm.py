@@ -168,7 +168,9 @@ class WarmChecking(Checking):
         for table in tables:
             for key in [key for key in table if _is_among(key, units)]:
                 del table[key]
-        self._asked_records = {key for key in self._asked_records if not _is_among(key, units)}
+        self._requested_records = {
+            key for key in self._requested_records if not _is_among(key, units)
+        }
         self._functions = {
             k: found for k, found in self._functions.items() if _last(k) not in words
         }

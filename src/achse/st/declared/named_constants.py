@@ -67,7 +67,7 @@ class NamedConstants:
         """Owner, name and value of each constant that is handed in, or was worked out so far."""
         for name, value in self._predefined_constants.items():
             yield "", name, value
-        for scope in self._scopes.asked:
+        for scope in self._scopes.cached_scopes:
             for name, constant in scope.constants.items():
                 if constant is not None:
                     yield scope.owner, name, constant.value
@@ -302,4 +302,4 @@ class NamedConstants:
             real = resolved(real.target)
         if not isinstance(real, StructType):
             raise Unexpected(at, f"{whole.name} has no members", Code.UNKNOWN_MEMBER)
-        return self._scopes.made(lambda: real.member(name).type, at)
+        return self._scopes.build(lambda: real.member(name).type, at)

@@ -37,7 +37,7 @@ from achse.st.syntax.tree import (
     VarBlock,
 )
 from achse.st.syntax.units import Accessor, FunctionBlock, Method, Part, Property
-from achse.st.values.initials import InitialValues, Left
+from achse.st.values.initials import InitialValues, NonConstantPart
 
 if TYPE_CHECKING:
     from achse.st.declared.resolve import Resolver
@@ -128,7 +128,7 @@ class Records:
             assert isinstance(entry.tree, FunctionBlock)
             scope = self._types.scopes.scope(entry)
             kind, tree = RecordKind.FUNCTION_BLOCK, entry.tree
-            block = self._made(
+            block = self._struct_type(
                 kind, entry.name, own, scope, tree.note, tree.at, block, tree.parts, layout
             )
             entry.type = block
@@ -167,7 +167,7 @@ class Records:
         """
         taken = {member.name.lower() for member in base.members} if base else set()
         members = self._members(name, blocks, scope, parts, taken, inside, kind)
-        return self._made(kind, name, members, scope, note, at, base, parts)
+        return self._struct_type(kind, name, members, scope, note, at, base, parts)
 
     def _members(
         self,
@@ -201,7 +201,7 @@ class Records:
             members += _bounds_of(blocks)
         return members
 
-    def _made(
+    def _struct_type(
         self,
         kind: RecordKind,
         name: str,
@@ -217,7 +217,7 @@ class Records:
             methods_of(self._types, parts, scope),
             properties_of(self._types, parts, scope),
         )
-        type: StructType[Any] = self._types.scopes.made(
+        type: StructType[Any] = self._types.scopes.build(
             lambda: StructType(
                 name,
                 members,
@@ -311,7 +311,7 @@ class Records:
         if tree.initial is None and not tree.arguments:
             return None, ()
         initial: object = None
-        left: list[Left] = []
+        left: list[NonConstantPart] = []
         if tree.initial is not None and not tree.is_reference:
             initial, left = self.initial_value(type, tree.initial, scope)
         starts = [
@@ -334,12 +334,12 @@ class Records:
                     Code.REFERENCE_INITIAL,
                 )
             self._types.constants.check_names(tree.initial, scope)
-            part = Left(type, 0, None, tree.initial)
+            part = NonConstantPart(type, 0, None, tree.initial)
             starts.append(start_value(self._types, scope, part, StartValues.address))
         if tree.arguments:
             first = tree.arguments
             at = first.at if isinstance(first, ArrayInitial) else first[0].at
-            part = Left(type, 0, None, Name("FB_init", at))
+            part = NonConstantPart(type, 0, None, Name("FB_init", at))
             starts.append(start_value(self._types, scope, part, StartValues.arguments))
         return initial, starts
 
@@ -356,7 +356,7 @@ class Records:
 
     def initial_value(
         self, type: IecType[Any], tree: Initial, scope: Scope
-    ) -> tuple[object, list[Left]]:
+    ) -> tuple[object, list[NonConstantPart]]:
         """The initial value, and the parts of it that are not constants."""
         scopes, predefined = self._types.scopes, self._types.predefined
         values = InitialValues(
@@ -367,7 +367,7 @@ class Records:
         )
         value = values.value(type, tree)
         if value is not None:
-            self._types.scopes.made(lambda: type.encode(value), tree.at)
+            self._types.scopes.build(lambda: type.encode(value), tree.at)
         return value, values.remaining
 
 

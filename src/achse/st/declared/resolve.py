@@ -139,7 +139,7 @@ class Resolver:
                 return self._nameless(spec, scope, hint)
 
     def _sized(self, make: Callable[[], IecType[Any]], at: int) -> IecType[Any]:
-        type = self.scopes.made(make, at)
+        type = self.scopes.build(make, at)
         if type.size > LARGEST:
             raise Unexpected(
                 at, f"{type.name} has {type.size} bytes, more than {LARGEST}", Code.TOO_LARGE
@@ -167,14 +167,14 @@ class Resolver:
     def named(self, spec: NamedType, scope: Scope) -> IecType[Any]:
         """The type of a name. Raises `Unexpected` and `Failed`."""
         if spec.generics:
-            return self._found(spec, scope)
+            return self._named_type(spec, scope)
         key = (spec.name, scope.space)
         known = self._type_by_name.get(key)
         if known is None:
-            known = self._type_by_name[key] = self._found(spec, scope)
+            known = self._type_by_name[key] = self._named_type(spec, scope)
         return known
 
-    def _found(self, spec: NamedType, scope: Scope) -> IecType[Any]:
+    def _named_type(self, spec: NamedType, scope: Scope) -> IecType[Any]:
         entry = self.scopes.find(spec.name, scope.space)
         if entry is None or (entry.is_library and spec.name in self.predefined):
             type = self.predefined.find(spec.name, spec.at)
@@ -235,7 +235,7 @@ class Resolver:
                 spec.base.at, f"a sub-range of whole numbers, got {base.name}", Code.BAD_SUBRANGE
             )
         low, high = self._limits(spec.limits, scope, "a limit")
-        return self.scopes.made(lambda: SubrangeType(base, low, high), spec.at)
+        return self.scopes.build(lambda: SubrangeType(base, low, high), spec.at)
 
     def pointer(
         self, kind: type[PointerType], target: TypeSpec, scope: Scope, hint: str, at: int
@@ -273,7 +273,7 @@ class Resolver:
             pointer, scope, at = self._pointers.pop()
             try:
                 with self.scopes.inside(scope.source):
-                    self.scopes.made(lambda: pointer.target, at)  # noqa: B023
+                    self.scopes.build(lambda: pointer.target, at)  # noqa: B023
             except Failed:
                 self._dangling.append(pointer)
 
@@ -390,7 +390,7 @@ class Resolver:
                     base, low, high, name=entry.name, comment=comment, attributes=attributes
                 )
             else:
-                type = self.scopes.made(
+                type = self.scopes.build(
                     lambda: AliasType(entry.name, target, comment=comment, attributes=attributes),
                     spec.at,
                 )
@@ -475,19 +475,19 @@ class Resolver:
         self._pointers.clear()
         self._dangling.clear()
 
-        def is_kept(name: str) -> bool:
+        def is_current(name: str) -> bool:
             return all(word not in words for word in _WORD.findall(name.lower()))
 
         self._type_by_name = {
-            key: type for key, type in self._type_by_name.items() if is_kept(key[0])
+            key: type for key, type in self._type_by_name.items() if is_current(key[0])
         }
         self._instances = {
             key: one
             for key, one in self._instances.items()
             if not any(part in units for part in parts_of_instance(key))
         }
-        self._arrays = {key: type for key, type in self._arrays.items() if is_kept(type.name)}
-        self._inner = {key: type for key, type in self._inner.items() if is_kept(key[1])}
+        self._arrays = {key: type for key, type in self._arrays.items() if is_current(type.name)}
+        self._inner = {key: type for key, type in self._inner.items() if is_current(key[1])}
         self.units = {key: unit for key, unit in self.units.items() if key not in units}
 
     # where variables are ---------------------------------------------------------------------
@@ -510,13 +510,13 @@ class Resolver:
         return place
 
     def _parsed(self, address: DirectAddress) -> Place:
-        return self.scopes.made(lambda: Place.parse(address.text), address.at)
+        return self.scopes.build(lambda: Place.parse(address.text), address.at)
 
 
 def _python_name(name: str) -> str:
     """The name of an enumeration's member in Python, which keeps `_x_` and `mro` for itself."""
-    is_kept = name.lower() in _RESERVED or (name.startswith("_") and name.endswith("_"))
-    return f"value{name}" if is_kept else name
+    is_current = name.lower() in _RESERVED or (name.startswith("_") and name.endswith("_"))
+    return f"value{name}" if is_current else name
 
 
 def generics_of(entry: DeclaredUnit) -> list[str]:

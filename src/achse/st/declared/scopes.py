@@ -384,7 +384,7 @@ class Scopes:
         units = self._units_of(name.lower())
         return "" if not units else next(iter(units.values())).space
 
-    def _seen(
+    def _visible(
         self,
         candidates: Sequence[DeclaredUnit],
         key: str,
@@ -418,21 +418,21 @@ class Scopes:
         named = self.globals.get(key)
         if named is None:
             return ()
-        lists = self._seen(named, key, space)
+        lists = self._visible(named, key, space)
         scopes = map(self.scope, lists)
         return [(scope, scope.variables[key]) for scope in scopes]
 
     def values_of_enumerations(self, key: str, space: str) -> Sequence[DeclaredUnit]:
         """The enumerations of which a value is meant by its name alone, seen from a name space."""
-        return self._seen(self.loose_values.get(key, ()), key, space)
+        return self._visible(self.loose_values.get(key, ()), key, space)
 
     def lists_with_property(self, key: str, space: str) -> Sequence[DeclaredUnit]:
         """The variable lists of which a property is meant by its name alone."""
-        return self._seen(self.list_properties.get(key, ()), key, space)
+        return self._visible(self.list_properties.get(key, ()), key, space)
 
     @property
-    def asked(self) -> Iterable[Scope]:
-        """The insides of units that somebody has asked for."""
+    def cached_scopes(self) -> Iterable[Scope]:
+        """Scopes inside units that were requested so far."""
         return self._scopes.values()
 
     def scope(self, entry: DeclaredUnit) -> Scope:
@@ -524,7 +524,7 @@ class Scopes:
             )
 
     @staticmethod
-    def made(make: Callable[[], T], at: int) -> T:
+    def build(make: Callable[[], T], at: int) -> T:
         """Return the result of `make`; an error of the type system becomes an error of the
         source."""
         try:

@@ -27,7 +27,7 @@ from achse.st.syntax.cursor import Unexpected
 from achse.st.syntax.tree import Call, Dereference, Expression, Member, This
 from achse.st.syntax.tree import Index as IndexTree
 from achse.st.values.constants import path_of
-from achse.st.values.initials import Left
+from achse.st.values.initials import NonConstantPart
 from achse.st.values.values import Constant, NotConstant, fitted
 
 if TYPE_CHECKING:
@@ -181,7 +181,7 @@ class StartValues:
 def start_value(
     names: "Resolver",
     scope: Scope,
-    part: Left,
+    part: NonConstantPart,
     work_out: Callable[[StartValues, IecType[Any], Expression], bytes] = StartValues.encoded,
 ) -> StartValue:
     """A part of an initial value that is not a constant, to be worked out when there is memory."""

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 from typing import TypeVar
 
 from achse.st.files.envelope import TaskDeclaration, head_of
-from achse.st.files.owners import left_to_station, with_drawn_bodies
+from achse.st.files.owners import address_for_station, with_drawn_bodies
 from achse.st.graphical.body import GraphicalBody
 from achse.st.graphical.exports.charts import step_bodies
 from achse.st.lexis.codes import Code
@@ -172,7 +172,7 @@ def _placed(unit: U) -> U:
                 if item.address is None
                 else changed(
                     item,
-                    address=changed(item.address, text=left_to_station(item.address.text)),
+                    address=changed(item.address, text=address_for_station(item.address.text)),
                 )
                 for item in block.variables
             ),

@@ -28,10 +28,10 @@ from achse.st.files.plcopen.documents import (
     parse_plcopen,
     tasks_of_plcopen,
 )
-from achse.st.files.reading import kept_trees, open_content
+from achse.st.files.reading import cached_trees, open_content
 from achse.st.lexis.codes import Code
 from achse.st.lexis.lexer import Defines
-from achse.st.lexis.pragmas import asks_for_declarations
+from achse.st.lexis.pragmas import needs_declarations
 from achse.st.lexis.source import Diagnostic, Location, Source, SourceError
 from achse.st.lexis.xml import ENCRYPTED, Element, parse_xml
 from achse.st.syntax.parser import Parsed, parse
@@ -75,7 +75,7 @@ def read_sources(
         except SourceError as error:
             faults += error.faults
             continue
-        if asks_for_declarations(parsed.source.text):
+        if needs_declarations(parsed.source.text):
             asking.append((len(sources), file, name))
         sources.append(parsed)
     known = defines if isinstance(defines, Mapping) else dict.fromkeys(_names(defines), "")
@@ -301,7 +301,7 @@ def parse_file(file: Path, name: str = "", *, defines: Defines = ()) -> Parsed:
         return parsed
     pairs = defines.items() if isinstance(defines, Mapping) else dict.fromkeys(defines).items()
     key = (name, file.name, hashlib.sha256(data).digest(), frozenset(pairs))
-    trees = kept_trees(_contents)
+    trees = cached_trees(_contents)
     earlier = trees.get(key)
     if earlier is None:
         parsed = _parsed(file, name, data, defines)

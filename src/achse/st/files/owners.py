@@ -26,7 +26,7 @@ _OF_HARDWARE = re.compile(
 """A place in another maker's configuration of hardware: more numbers than a byte and a bit."""
 
 
-def left_to_station(address: str) -> str:
+def address_for_station(address: str) -> str:
     """Return an address of an export as it is; `%I*` for a place in a configuration of hardware."""
     match = _OF_HARDWARE.fullmatch(address.strip())
     return address if match is None else f"{match[1]}*"

@@ -44,7 +44,7 @@ def open_content(file: Path) -> bytes | None:
     return current.contents.get(file_key(file))
 
 
-def kept_trees(
+def cached_trees(
     default: MutableMapping[tuple[object, ...], Any],
 ) -> MutableMapping[tuple[object, ...], Any]:
     """Return the syntax trees that are kept now, by content."""

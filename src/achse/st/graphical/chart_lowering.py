@@ -366,7 +366,7 @@ class _Lowering(BodyStatements):
             active = Member(state, "_x", at)
             executed = Member(state, "x", at)
             if action.is_plain:
-                now = _FALSE if resets else self._held(action, "N", at)
+                now = _FALSE if resets else self._is_active(action, "N", at)
                 value = self.let(self.hidden("held"), now, at)
                 executes: Expression = Binary("OR", value, active, at)
             else:
@@ -383,7 +383,7 @@ class _Lowering(BodyStatements):
         for action, condition, at in () if resets else running:
             self._run(action, condition, at, value=True)
 
-    def _held(self, action: _Controlled, qualifier: str, at: int) -> Expression:
+    def _is_active(self, action: _Controlled, qualifier: str, at: int) -> Expression:
         """An active step holds the action with that qualifier."""
         steps = [step for step, one in action.associations if one.qualifier == qualifier]
         return _or((self._member(step, "x", at) for step in steps), at)
@@ -394,9 +394,9 @@ class _Lowering(BodyStatements):
         inputs: list[tuple[str, Expression, bool]] = []
         for qualifier in dict.fromkeys(one.qualifier for _, one in action.associations):
             if qualifier != "R":
-                value = _FALSE if resets else self._held(action, qualifier, at)
+                value = _FALSE if resets else self._is_active(action, qualifier, at)
                 inputs.append((qualifier, value, False))
-        inputs.append(("R", _TRUE if resets else self._held(action, "R", at), False))
+        inputs.append(("R", _TRUE if resets else self._is_active(action, "R", at), False))
         times: dict[str, Expression] = {}
         for step, one in action.associations:
             if not one.time or resets:

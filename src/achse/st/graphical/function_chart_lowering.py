@@ -82,7 +82,7 @@ def implicit_variables_of_function_chart(
     if not body.owner.keeps_memory:
         return ()
     variables: list[tuple[str, TypeSpec | str]] = [
-        (_kept(body, element.output.id), element.type)
+        (_pin_variable(body, element.output.id), element.type)
         for element in chart.ordered
         if isinstance(element, ChartComposer)
     ]
@@ -90,7 +90,7 @@ def implicit_variables_of_function_chart(
     for element in connections.looking_back:
         type = connections.type_of(element)
         if type is not None:
-            variables.append((_kept(body, element.outputs[0].id), type))
+            variables.append((_pin_variable(body, element.outputs[0].id), type))
     variables += [
         (memory_of(body, f"pin{pin.id}"), "BOOL")
         for element in chart.ordered
@@ -153,7 +153,7 @@ def _in_order(pins: Sequence[ChartPin], names: Sequence[str]) -> tuple[ChartPin,
     return tuple(changed(pin, name=name) for pin, name in zip(pins, names, strict=False))
 
 
-def _kept(body: GraphicalBody, id: int) -> str:
+def _pin_variable(body: GraphicalBody, id: int) -> str:
     return f"__{body.owner.unit}_{body.owner.part}_pin{id}"
 
 
@@ -368,7 +368,7 @@ class _Lowering(BoxWriter):
                 )
             return Member(whole, pin.name, at)
         if isinstance(element, ChartComposer) or pin.id in self._stored_pins:
-            return Name(_kept(self.body, pin.id), at)
+            return Name(_pin_variable(self.body, pin.id), at)
         assert isinstance(element, ChartBox)
         if pin is element.enable_output and pin.id in self._results:
             return self._results[pin.id]
@@ -428,7 +428,7 @@ class _Lowering(BoxWriter):
         for pin in element.inputs:
             value = self._input(pin, element, at)
             if value is not None:
-                target = Member(Name(_kept(self.body, element.output.id), at), pin.name, at)
+                target = Member(Name(_pin_variable(self.body, element.output.id), at), pin.name, at)
                 self.assign(target, value, at)
 
     def _arguments(self, element: ChartBox, at: int) -> list[tuple[str, Expression, bool]]:
@@ -535,7 +535,7 @@ class _Lowering(BoxWriter):
             if self._of.source.get(into.id) == pin.id
         ]  # fmt: skip
         if pin.id in self._stored_pins:
-            self.assign(Name(_kept(self.body, pin.id), at), value, at)
+            self.assign(Name(_pin_variable(self.body, pin.id), at), value, at)
             return
         if not consumers and element.call != "Operator" and isinstance(value, Call):
             self.out.append(value)

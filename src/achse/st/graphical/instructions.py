@@ -127,7 +127,7 @@ class InstructionList:
             return
         sign = _SIGNS.get(operator) or _NEGATED.get(operator)
         if sign and opens:
-            self._stack.append((sign, operator in _NEGATED, self._kept(at)))
+            self._stack.append((sign, operator in _NEGATED, self._stable_value(at)))
             self._value = None
             if line.operand.text:
                 self._value = self._operand(line, at)
@@ -137,14 +137,14 @@ class InstructionList:
             value = self._operand(line, at)
             self._value = Unary("NOT", value, at) if operator == "LDN" else value
         elif operator in ("ST", "STN"):
-            value = self._kept(at)
+            value = self._stable_value(at)
             target = self._operand(line, at)
             value = Unary("NOT", value, at) if operator == "STN" else value
             self._writer.assign(target, value, at)
         elif operator in ("S", "R"):
-            self._writer.assign(self._operand(line, at), self._kept(at), at, f"{operator}=")
+            self._writer.assign(self._operand(line, at), self._stable_value(at), at, f"{operator}=")
         elif operator == "NOT":
-            self._value = Unary("NOT", self._kept(at), at)
+            self._value = Unary("NOT", self._stable_value(at), at)
         elif operator[:3] == "JMP" and operator[3:] in _CONDITIONS:
             if line.operand.text.lower() in self._carrying:
                 self._carry(at)
@@ -182,7 +182,7 @@ class InstructionList:
             )
         return self._value
 
-    def _kept(self, at: int) -> Expression:
+    def _stable_value(self, at: int) -> Expression:
         """Return the accumulator as a value that stays what it is now."""
         value = self._loaded(at)
         if not isinstance(value, Literal) and not (
@@ -227,17 +227,17 @@ class InstructionList:
     def _leave(self, statement: Statement, condition: bool | None, at: int) -> None:
         """Write a statement that depends on the accumulator if it has a condition."""
         if self._value is not None:
-            self._kept(at)
+            self._stable_value(at)
         if condition is None:
             self._writer.out.append(statement)
             return
-        value = self._kept(at)
+        value = self._stable_value(at)
         value = value if condition else Unary("NOT", value, at)
         self._writer.out.append(If((Branch(value, (statement,), at),), (), at))
 
     def _function(self, line: Instruction, at: int) -> None:
         """A function: the accumulator is its first argument."""
-        arguments = [("", self._kept(at), False)]
+        arguments = [("", self._stable_value(at), False)]
         if line.operand.text:
             call = self._writer.expression(f"f({line.operand.text})", at)
             further = getattr(call, "arguments", ())

@@ -402,11 +402,11 @@ class _Lowering(BoxWriter):
             start = len(self.out)
             value = self._pin(node, pin, number + offset, power if number == powered else None)
             if len(self.out) > start:
-                values = self._kept(node, values, start)
+                values = self._stable_values(node, values, start)
             values.append((pin, value))
         return values
 
-    def _kept(
+    def _stable_values(
         self, node: Box, inputs: list[tuple[BoxInput, Expression]], index: int
     ) -> list[tuple[BoxInput, Expression]]:
         """Keep what was read before a box among the inputs was called. A variable that is an

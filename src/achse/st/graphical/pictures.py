@@ -135,7 +135,7 @@ class _Networks:
         return f"{label}network {network.number}{title}{off}"
 
     def _shown(self, text: str) -> str:
-        return _known(text, self._value)
+        return _shown_value(text, self._value)
 
     def _item(self, node: NetworkNode) -> _Block:
         power = None if self._value is no_value else True
@@ -264,7 +264,7 @@ def chart_lines(flow: StepFlow, value: OperandValue = no_value) -> list[str]:
                 others = [one.name for one in firing.left[:-1]]
                 joined = f" with {', '.join(others)}" if others else ""
                 text = firing.transition.text
-                shown = _readable(text, "(drawn)") + _known(text, value)
+                shown = _readable(text, "(drawn)") + _shown_value(text, value)
                 targets = ", ".join(one.name for one in firing.activated)
                 lines.append(f"    ┼ {shown}{joined} → {targets}")
     return lines
@@ -275,7 +275,7 @@ def _readable(name: str, unnamed: str) -> str:
     return unnamed if name.startswith("__") else name
 
 
-def _known(text: str, value: OperandValue) -> str:
+def _shown_value(text: str, value: OperandValue) -> str:
     """The value of a variable as an addition to its text; none of a literal."""
     shown = value(text) if _VARIABLE.match(text) else None
     return "" if shown is None else f" = {shown}"
@@ -359,4 +359,4 @@ class _Elements:
         return f"{sign}{text}{self._shown(text)}"
 
     def _shown(self, text: str) -> str:
-        return _known(text, self._value)
+        return _shown_value(text, self._value)

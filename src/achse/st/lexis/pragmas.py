@@ -67,7 +67,7 @@ class ProjectDefines(Protocol):
         ...
 
 
-def asks_for_declarations(text: str) -> bool:
+def needs_declarations(text: str) -> bool:
     """Return True if a condition in a text can only be evaluated with all declarations."""
     return _ASKING.search(text) is not None
 

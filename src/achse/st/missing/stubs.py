@@ -392,7 +392,7 @@ class _Writer:
         if use.type.lower() in self._blocks:
             return True
         declared = self._types.get(use.type.lower())
-        return declared is not None and (_is_block(declared) or not _is_told(declared))
+        return declared is not None and (_is_block(declared) or not _has_kind(declared))
 
     def _interface(self, name: str, use: MissingUse) -> Iterator[str]:
         is_com = use.signature is None and _COM.match(name) and name != self._root
@@ -498,7 +498,7 @@ def _is_array(use: MissingUse) -> bool:
     return use.type.startswith("ARRAY [") and not use.is_mixed
 
 
-def _is_told(use: MissingUse) -> bool:
+def _has_kind(use: MissingUse) -> bool:
     """Return True if any use shows the kind of the name."""
     return bool(use.members or use.type or use.values or use.element or use.is_structure)
 

@@ -96,7 +96,7 @@ class MissingUse:
         uses = called or self.members or self.initials
         return not is_known or self.is_required or bool(uses)
 
-    def told(self, type: str) -> None:
+    def note_type(self, type: str) -> None:
         """Take in what a use tells of the type. Literals tell least: 1 may be a REAL, too."""
         if not type:
             return

@@ -268,7 +268,7 @@ class MissingNames:
                 use.is_block = True
                 name = argument.name or f"argument{number}"
                 one = use.initials.setdefault(name.lower(), MissingUse(name))
-                one.told(self.meanings.text(argument.value, scope))
+                one.note_type(self.meanings.text(argument.value, scope))
 
     def _base_to_begin(self, at: tuple[TypeSpec, Scope]) -> MissingUse | None:
         """The missing base of a block, whose FB_init takes the arguments of a declaration."""
@@ -295,7 +295,7 @@ class MissingNames:
         elif isinstance(tree, ArrayInitial):
             element = at and self.meanings.element(at)
             if use is not None:
-                self._elements_told(use, tree, scope)
+                self._note_elements(use, tree, scope)
             for value in tree.values:
                 for inner in getattr(value, "values", (value,)):
                     self._in_initial(inner, element, scope)
@@ -305,7 +305,7 @@ class MissingNames:
             if use is not None and self._is_block(text):
                 use.is_interface = True
             elif use is not None:
-                use.told(text)
+                use.note_type(text)
                 self._value_of(tree, use, scope)
             elif at is not None:
                 self._note_use(self.meanings.of(tree, scope), self.meanings.spec_text(at))
@@ -330,23 +330,23 @@ class MissingNames:
                 self._note_use(member, self.meanings.text(item.value, scope))
                 self._alike(member, item.value, scope)
             elif isinstance(item.value, ArrayInitial):
-                self._elements_told(member, item.value, scope)
+                self._note_elements(member, item.value, scope)
             self._in_initial(item.value, None, scope)
             return
         sense = None if at is None else self.meanings.member_of(at, item.name)
         if isinstance(sense, MissingUse) and isinstance(item.value, Expression):
             sense.is_written = True  # of a missing base
-            sense.told(self.meanings.text(item.value, scope))
+            sense.note_type(self.meanings.text(item.value, scope))
         self._in_initial(item.value, sense if isinstance(sense, tuple) else None, scope)
 
-    def _elements_told(self, use: MissingUse, tree: ArrayInitial, scope: Scope) -> None:
+    def _note_elements(self, use: MissingUse, tree: ArrayInitial, scope: Scope) -> None:
         """`(aSpeeds := [1.0, 2.0])`: how many elements, and of what."""
         use.element = use.element or MissingUse(use.name)
         use.highest = max(use.highest, len(tree.values) - 1)
         for value in tree.values:
             for one in getattr(value, "values", (value,)):
                 if isinstance(one, Expression):
-                    use.element.told(self.meanings.text(one, scope))
+                    use.element.note_type(self.meanings.text(one, scope))
 
     def _alike(self, use: MissingUse, tree: Expression, scope: Scope) -> None:
         sense = self.meanings.of(tree, scope)
@@ -448,7 +448,7 @@ class MissingNames:
             sense = self.meanings.of(one, scope)
             if not isinstance(sense, MissingUse):
                 continue
-            sense.told(self.meanings.text(other, scope))
+            sense.note_type(self.meanings.text(other, scope))
             self._alike(sense, other, scope)
             seen = self.meanings.of(other, scope)
             if isinstance(seen, tuple) and (use := self.meanings.type_use(seen)) is not None:
@@ -505,7 +505,7 @@ class MissingNames:
             while len(use.arguments) <= place:
                 use.arguments.append(MissingUse(f"p{len(use.arguments) + 1}"))
             one = use.arguments[place]
-        one.told(text)
+        one.note_type(text)
 
     def _callee(self, sense: Sense) -> DeclaredUnit | None:
         if isinstance(sense, DeclaredUnit):
@@ -517,4 +517,4 @@ class MissingNames:
     @staticmethod
     def _note_use(sense: Sense, text: str) -> None:
         if isinstance(sense, MissingUse):
-            sense.told(text)
+            sense.note_type(text)

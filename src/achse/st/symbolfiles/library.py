@@ -55,7 +55,7 @@ class LibraryTypes:
         self.names = [name for _, _, name in read]
         """The files of the project, as faults name them."""
         self._own = [types for types, _, _ in read]
-        self._waiting = iter(libraries)
+        self._unread_libraries = iter(libraries)
         self._libraries: list[FileTypes] = []
 
     @property
@@ -63,7 +63,7 @@ class LibraryTypes:
         """The types of each file, those of libraries last."""
         yield from self._own
         yield from self._libraries
-        for data, name in self._waiting:
+        for data, name in self._unread_libraries:
             try:
                 types, _ = types_of_tmc(data, name)
             except SourceError:
@@ -76,7 +76,7 @@ class LibraryTypes:
 
         Raises `DeclarationError` if several libraries have a type of that name.
         """
-        _, _, type = self._found(name)
+        _, _, type = self._search(name)
         return type
 
     def signature(self, name: str) -> BlockSignature | None:
@@ -84,10 +84,10 @@ class LibraryTypes:
 
         Raises `DeclarationError` like `type`.
         """
-        types, whole, _ = self._found(name)
+        types, whole, _ = self._search(name)
         return None if types is None else types.signature(whole)
 
-    def _found(self, name: str) -> tuple[FileTypes | None, str, IecType[Any] | None]:
+    def _search(self, name: str) -> tuple[FileTypes | None, str, IecType[Any] | None]:
         """The types of the file that has a name, the whole name there, and its type."""
         for types in self._files:
             names = types.named(name)

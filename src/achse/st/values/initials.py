@@ -44,7 +44,7 @@ def _elements_within(type: IecType[Any]) -> int:
     return int(real.count * max(1, _elements_within(real.element)))
 
 
-class Left(NamedTuple):
+class NonConstantPart(NamedTuple):
     """A part of an initial value that is not a constant, and where in the variable it belongs."""
 
     type: IecType[Any]
@@ -62,7 +62,7 @@ class InitialValues:
     def __init__(self, evaluator: Evaluator, has_property: Callable[[str, str], bool]) -> None:
         self._evaluator = evaluator
         self._has_property = has_property
-        self.remaining: list[Left] = []
+        self.remaining: list[NonConstantPart] = []
 
     def value(self, type: IecType[Any], initial: Initial) -> object:
         """The value, or None if nothing of it is constant. Raises `Unexpected`."""
@@ -89,7 +89,7 @@ class InitialValues:
         try:
             constant = self._evaluator.value(initial)
         except NotConstant:
-            self.remaining.append(Left(type, offset, bit, initial))
+            self.remaining.append(NonConstantPart(type, offset, bit, initial))
             return _LEFT
         return fitted(constant, type, initial.at)
 
@@ -105,7 +105,7 @@ class InitialValues:
                     raise Unexpected(item.at, str(error), Code.BAD_INITIAL_VALUE) from None
                 # SET would have to run.
                 self.remaining.append(
-                    Left(type, offset, None, Call(Name(item.name, item.at), (), 0))
+                    NonConstantPart(type, offset, None, Call(Name(item.name, item.at), (), 0))
                 )
                 continue
             if member.name in values:

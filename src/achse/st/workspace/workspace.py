@@ -24,7 +24,7 @@ from achse.st.files.files import LIBRARY_TYPES, SOURCES, parse_file, source_file
 from achse.st.files.forms import Content, has_content, suffixes_of
 from achse.st.files.reading import file_key, reading
 from achse.st.lexis.lexer import Defines
-from achse.st.lexis.pragmas import asks_for_declarations
+from achse.st.lexis.pragmas import needs_declarations
 from achse.st.lexis.source import Diagnostic, Source, SourceError
 from achse.st.lint.options import FILE, LintOptions, LintOptionsError
 from achse.st.mentions import Mentions
@@ -137,7 +137,7 @@ class Workspace:
         self._listed = frozenset(map(file_key, self._named_files.values()))
         self._options = project_options(self.path)
         self._is_listing = bool(self._options)
-        self._asking = any(asks_for_declarations(one.source.text) for one in self.sources)
+        self._asking = any(needs_declarations(one.source.text) for one in self.sources)
         self._examine()
 
     @property
@@ -292,7 +292,7 @@ class Workspace:
                     parsed[key] = parse_file(file, name, defines=self._defines)
         except SourceError:
             return self._load_again()
-        if any(asks_for_declarations(one.source.text) for one in parsed.values()):
+        if any(needs_declarations(one.source.text) for one in parsed.values()):
             return self._load_again()
         self._listed = frozenset(listed)
         self._named_files = {name: file for file, name in listed.values()}
@@ -352,7 +352,7 @@ class Workspace:
                 )
         except SourceError:
             return self._load_again()
-        if self._asking or asks_for_declarations(edited.source.text):
+        if self._asking or needs_declarations(edited.source.text):
             return self._load_again()
         if edited.source.text == known.source.text and edited.source.pieces == known.source.pieces:
             return Extent.NOTHING

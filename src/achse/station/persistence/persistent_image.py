@@ -13,7 +13,7 @@ from typing import Any
 from achse.motion import Nc
 from achse.motion.retained import RetainedState
 from achse.plc import PlcRuntime
-from achse.plc.retention.retained import Lead, RetainedLayout, RetainedVariable
+from achse.plc.retention.retained import PointerTarget, RetainedLayout, RetainedVariable
 from achse.station.configuration.documents import parse_json
 
 _FARTHEST = 1e15
@@ -149,11 +149,11 @@ def parse_variables(document: Any) -> dict[int, Mapping[str, RetainedVariable]]:
     }
 
 
-def _lead(row: Any) -> Lead:
+def _lead(row: Any) -> PointerTarget:
     at, target, type, offset = row
     if not all(isinstance(one, int) and one >= 0 for one in (at, offset)):
         raise ValueError(f"expected offsets from 0, got {row!r:.60}")
-    return Lead(at, str(target), str(type), offset)
+    return PointerTarget(at, str(target), str(type), offset)
 
 
 def number(value: Any) -> float:

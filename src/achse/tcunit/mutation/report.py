@@ -60,7 +60,7 @@ def _totals(run: MutationRun) -> str:
 
 def _mutant(one: MutantResult) -> Iterator[str]:
     by = f" by {one.test}" if one.outcome is MutantOutcome.KILLED else ""
-    yield f"{one.where}: {one.outcome.value}{by}: {one.routine}: {one.change}"
+    yield f"{one.location}: {one.outcome.value}{by}: {one.routine}: {one.change}"
     before, after = one.lines
     yield from (f"    - {line}".rstrip() for line in before)
     yield from (f"    + {line}".rstrip() for line in after)

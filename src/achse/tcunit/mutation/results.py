@@ -46,7 +46,7 @@ class MutantResult:
     """Number of tests that were to run."""
 
     @property
-    def where(self) -> str:
+    def location(self) -> str:
         """File and line, or place in a drawing."""
         return f"{self.path}:{self.place or self.line}"
 

@@ -7,7 +7,7 @@ Source: PLCopen TC6 XML schema 2.01 as public projects use it.
 
 from collections.abc import Iterable, Iterator
 
-from achse.st.files.owners import left_to_station
+from achse.st.files.owners import address_for_station
 from achse.st.lexis.source import Location
 from achse.st.lexis.xml import Element
 
@@ -171,7 +171,7 @@ class DeclarationText:
     def _variable(self, element: Element) -> None:
         self._attributes((element,), element.location)
         address = element.attributes.get("address", "").strip()
-        placed = f" AT {left_to_station(address)}" if address else ""
+        placed = f" AT {address_for_station(address)}" if address else ""
         initial = element.find("initialValue")
         value = "" if initial is None else value_text(initial)
         assigned = f" := {value}" if value else ""

@@ -155,7 +155,9 @@ class _Chart:
         firings: dict[int, list[Firing]] = {}
         for element in transitions:
             drawn = ChartTransition(self._condition(element), self._of.at(element))
-            firings[id(element)] = [Firing(drawn, left) for left in self._left(element, element)]
+            firings[id(element)] = [
+                Firing(drawn, left) for left in self._source_steps(element, element)
+            ]
             flow.firings += firings[id(element)]
         for element in self._of.root.children:
             if element.tag == "step":
@@ -194,7 +196,7 @@ class _Chart:
                         yield self._of.by_id[key]
         self._depth -= 1
 
-    def _left(self, element: Element, target: Element) -> list[tuple[ChartStep, ...]]:
+    def _source_steps(self, element: Element, target: Element) -> list[tuple[ChartStep, ...]]:
         """The steps that a transition leaves: each alternative with all of its steps."""
         steps: list[tuple[ChartStep, ...]] = []
         for before in self._before(element, target):
@@ -202,10 +204,12 @@ class _Chart:
                 case "step":
                     steps.append((self._steps[id(before)],))
                 case "selectionDivergence" | "selectionConvergence":
-                    steps += self._left(before, target)
+                    steps += self._source_steps(before, target)
                 case "simultaneousConvergence":
                     groups = [
-                        [(self._steps[id(one)],)] if one.tag == "step" else self._left(one, target)
+                        [(self._steps[id(one)],)]
+                        if one.tag == "step"
+                        else self._source_steps(one, target)
                         for one in self._before(before, target)
                     ]
                     steps += [

@@ -57,7 +57,7 @@ class _Diagram:
         self._items: list[tuple[Element, Ordered]] = []
         self._sources: list[tuple[int, int]] = []
         self._outputs: dict[int, dict[str, int]] = {}
-        self._led: dict[int, list[int]] = {}
+        self._source_pins: dict[int, list[int]] = {}
         """Pins that lead to a coil or connector, which many may ask for."""
         """Output pins of elements, by number and by name."""
         self._next = 0
@@ -178,8 +178,8 @@ class _Diagram:
                 raise self._of.fault(element, f"no connector is named '{label[:40]}'",
                                      Code.INCOMPLETE_DRAWING)  # fmt: skip
             element = self._continued[label]
-        if id(element) in self._led:
-            return self._led[id(element)]
+        if id(element) in self._source_pins:
+            return self._source_pins[id(element)]
         if element.tag in ("coil", "connector"):
             self._depth += 1
             if self._depth > _DEEPEST:
@@ -190,7 +190,7 @@ class _Diagram:
                 for source in self._source(inner, inner_name, target)
             ]
             self._depth -= 1
-            self._led[id(element)] = sources = list(dict.fromkeys(sources))
+            self._source_pins[id(element)] = sources = list(dict.fromkeys(sources))
             return sources
         pins = self._outputs.get(id(element), {})
         if name in pins:
