@@ -20,7 +20,7 @@ def test_answers_and_refusals(project: Path) -> None:
             link = DebugLink(client, 851)
             assert (await link.state())["tasks"] == ["PlcTask"]
             assert await link.ask("breaks") == []
-            with pytest.raises(DebugRefused, match="nothing stands still"):
+            with pytest.raises(DebugRefused, match="no cycle is halted"):
                 await link.ask("go")
 
     asyncio.run(main())

@@ -72,7 +72,7 @@ def test_a_session(station: Station, tmp_path: Path) -> None:
         assert (result["number"], result["found"], result["line"]) == (1, True, 8)
         station.advance(1.0)
         state = await ask("state", 851)
-        assert state["state"] == "held"
+        assert state["state"] == "halted"
         stop = state["stop"]
         assert (stop["reason"], stop["routine"], stop["line"]) == ("breakpoint", "FB_Count", 8)
         calls = await ask("calls")
@@ -157,7 +157,7 @@ def test_debugging_ends_with_the_connection_that_attached(station: Station) -> N
             await ask_other("attach")
             await ask_other("break", path="main.st", line=8)
             station.advance(0.1)
-            assert station.plcs[851].is_held
+            assert station.plcs[851].is_halted
 
         async with achse.connect(station.router, port=SERVICE_PORT) as second:
 
@@ -179,7 +179,7 @@ def test_a_restart_of_the_station_ends_debugging(station: Station) -> None:
         await ask("break", path="main.st", line=8)
         station.advance(0.1)
         before = station.plcs[851]
-        assert before.is_held
+        assert before.is_halted
         station.restart()
         station.advance(10.0)
         assert station.plcs[851] is not before
@@ -200,10 +200,10 @@ def test_a_restart_of_the_station_ends_debugging(station: Station) -> None:
         ({"do": "break", "path": "a", "line": -1}, "line: a number"),
         ({"do": "set_breaks", "path": "a"}, "breaks: a list"),
         ({"do": "clear", "number": 7}, "nothing|no breakpoint"),
-        ({"do": "go"}, "nothing stands still"),
+        ({"do": "go"}, "no cycle is halted"),
         ({"do": "step", "how": "far"}, "how: into, over or out"),
-        ({"do": "variables"}, "nothing stands still"),
-        ({"do": "variables", "scope": "unit"}, "nothing stands still"),
+        ({"do": "variables"}, "no cycle is halted"),
+        ({"do": "variables", "scope": "unit"}, "no cycle is halted"),
         ({"do": "variables", "scope": "nowhere"}, "no program or list"),
         ({"do": "variables", "of": "1 + 1"}, "has no parts"),
         ({"do": "evaluate", "expression": "nothing"}, "nothing is named"),

@@ -1,6 +1,6 @@
 """The adapter: what an editor asks by the Debug Adapter Protocol, asked of a station.
 
-Tasks are the editor's threads. A cycle that stands still holds all tasks of its PLC, so all of
+Tasks are the editor's threads. A halted cycle blocks all tasks of its PLC, so all of
 them are stopped then.
 """
 

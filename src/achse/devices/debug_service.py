@@ -152,7 +152,7 @@ class DebugService:
 
     def _go(self, plc: PlcRuntime, act: Callable[[Debugger], object]) -> Any:
         if plc.debugger is None:
-            raise DebugError("nothing stands still")
+            raise DebugError("no cycle is halted")
         act(plc.debugger)
         return _state(plc)
 
@@ -205,12 +205,12 @@ class DebugService:
         scope = _text(fields, "scope", "locals")
         if scope in ("locals", "instance"):
             if view is None:
-                raise DebugError("nothing stands still")
+                raise DebugError("no cycle is halted")
             spots = names.locals(view) if scope == "locals" else names.instance(view)
             prefix = "" if scope == "locals" else "THIS^."
         elif scope == "unit":
             if view is None:
-                raise DebugError("nothing stands still")
+                raise DebugError("no cycle is halted")
             owner = view.routine.owner or view.routine.key
             spots, prefix = names.unit(owner), f"{owner}."
         elif scope == "lists":
@@ -253,7 +253,7 @@ def _state(plc: PlcRuntime) -> dict[str, Any]:
     state: dict[str, Any] = {
         "plc": plc.name,
         "port": plc.port,
-        "state": "held" if plc.is_held else plc.state.value,
+        "state": "halted" if plc.is_halted else plc.state.value,
         "debugging": debugger is not None,
         "changes": 0 if debugger is None else debugger.changes,
         "tasks": [task.name for task in plc.tasks],

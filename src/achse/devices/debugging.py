@@ -39,6 +39,6 @@ def debug_group(station: "DebuggedStation", attached: "Attached") -> RawGroup:
         " go, step, pause, calls, variables, evaluate, set, source, files, end",
         response="JSON: the result, or the error; Read: the state",
         description="Offset = AMS port of a PLC (0: the first). Breakpoints, steps, calls and"
-        " variables; a cycle that stands still holds the PLC, not the station.",
+        " variables; a halted cycle blocks the PLC, not the station.",
         source="achse",
     )

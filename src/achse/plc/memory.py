@@ -81,8 +81,8 @@ Invoke: TypeAlias = Callable[[Record, str, tuple[Any, ...]], Any]
 
 
 class Bytes(bytearray):
-    """The memory of an area. It knows where the VAR_STAT variables of its PLC are, and who runs
-    the Structured Text of the blocks in it."""
+    """The memory of an area. It has the places of the VAR_STAT variables of its PLC, and the
+    function that runs the Structured Text of the blocks in it."""
 
     __slots__ = ("invoke", "statics")
 
@@ -353,7 +353,7 @@ class Memory:
         raise KeyError("not memory of this PLC")
 
     def let_invoke(self, invoke: Invoke) -> None:
-        """Say who runs the Structured Text of the blocks in this memory."""
+        """Set the function that runs the Structured Text of the blocks in this memory."""
         for region in self.regions.values():
             region.data.invoke = invoke
 

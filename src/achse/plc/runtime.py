@@ -200,7 +200,7 @@ class PlcRuntime:
         """
         task = self._next
         while task.due_ns <= now_ns:
-            if self.state is PlcState.RUN and not self.is_held:
+            if self.state is PlcState.RUN and not self.is_halted:
                 self._cycle(task)
             else:
                 task.skip(now_ns)
@@ -270,29 +270,29 @@ class PlcRuntime:
         return self.debugger
 
     def end_debugging(self) -> None:
-        """Forget all breakpoints; a cycle that stands still goes on."""
+        """Forget all breakpoints; a halted cycle resumes."""
         if self.debugger is not None:
             self.debugger.end()
             self.debugger = None
 
     def drop_debugger(self) -> None:
-        """The PLC goes, or its code: a cycle that stands still ends where it is."""
+        """End a halted cycle where it is: the PLC or its code is replaced."""
         if self.debugger is not None:
             self.debugger.abandon()
             self.debugger.close()
             self.debugger = None
 
     @property
-    def is_held(self) -> bool:
+    def is_halted(self) -> bool:
         """True if a cycle is stopped at a breakpoint; no task runs then."""
         return self.debugger is not None and self.debugger.stop is not None
 
     def resume_cycle(self, task: Task) -> None:
-        """A cycle that stood still is about to go on."""
+        """A halted cycle is about to resume."""
         self._running = task
 
     def _abandon(self) -> None:
-        """End a cycle that stands still where it is."""
+        """End a halted cycle where it is."""
         if self.debugger is not None:
             self.debugger.abandon()
 
@@ -317,7 +317,7 @@ class PlcRuntime:
         sizes: Mapping[Area, int] | None = None,
         bodies: "Bodies | None" = None,
     ) -> None:
-        """Go on with other declarations, and tell clients: symbol version and count go up.
+        """Go on with other declarations, and notify clients: symbol version and count go up.
 
         `globals` are the variable lists and programs without task from now on, `programs` those
         of each task by its name; None keeps what there is. Areas have at least `sizes` bytes

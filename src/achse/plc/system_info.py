@@ -1,4 +1,4 @@
-"""`TwinCAT_SystemInfoVarList`: what every PLC tells about its application and its tasks."""
+"""`TwinCAT_SystemInfoVarList`: data of the application and its tasks in every PLC."""
 
 import struct
 from collections.abc import Iterable, Sequence

@@ -176,7 +176,7 @@ def test_what_is_wrong(live: LiveStation) -> None:
     for words, says in (
         (("break", "main.st"), "FILE:LINE"),
         (("step", "--in", "--out"), "not both"),
-        (("continue",), "nothing stands still"),
+        (("continue",), "no cycle is halted"),
         (("show", "nothing"), "nothing is named"),
         (("set", "MAIN.nCycle", "'a'"), ""),
         (("show", "--plc", "900"), "port 900 is not a PLC"),

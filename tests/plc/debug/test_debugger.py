@@ -34,7 +34,7 @@ def test_a_breakpoint_holds_all_tasks_and_going_on_ends_the_cycle(
         breakpoint.line,
     )
     assert stop.breakpoints == (breakpoint.number,)
-    assert plc.is_held
+    assert plc.is_halted
     assert places(debugger) == [
         ("F_Double", breakpoint.line),
         ("FB_Count", line("nTotal := nTotal + F")),
@@ -44,10 +44,10 @@ def test_a_breakpoint_holds_all_tasks_and_going_on_ends_the_cycle(
     plc.run_due(20 * CYCLE)
     assert (main["nCycle"], slow["nRuns"]) == (1, 0)
     debugger.go()
-    assert not plc.is_held
+    assert not plc.is_halted
     assert main["nShare"] == 100
     plc.run_due(21 * CYCLE)
-    assert plc.is_held
+    assert plc.is_halted
     assert main["nCycle"] == 2
     plc.end_debugging()
     assert plc.debugger is None
@@ -75,7 +75,7 @@ def test_steps(plc: PlcRuntime, line: Line) -> None:
     assert debugger.stop is not None
     assert debugger.stop.reason is StopReason.STEP
     lines = []
-    while plc.is_held:
+    while plc.is_halted:
         lines.append(places(debugger)[0][1])
         debugger.step(StepKind.OVER)
     loop, body = line("FOR i"), line("fValue := fValue")
@@ -83,7 +83,7 @@ def test_steps(plc: PlcRuntime, line: Line) -> None:
     plc.run_due(2 * CYCLE)
     assert places(debugger) == [("MAIN", line("nCycle := nCycle"))]
     debugger.step(StepKind.OUT)
-    assert not plc.is_held
+    assert not plc.is_halted
     plc.run_due(3 * CYCLE)
     assert places(debugger) == [("MAIN", line("nCycle := nCycle"))]
 
@@ -97,9 +97,9 @@ def test_a_step_belongs_to_its_task(plc: PlcRuntime, line: Line) -> None:
     debugger.clear()
     debugger.step(StepKind.OVER)
     plc.run_due(3 * CYCLE)
-    assert not plc.is_held
+    assert not plc.is_halted
     plc.run_due(4 * CYCLE)
-    assert plc.is_held
+    assert plc.is_halted
     assert debugger.stop_place[0] == "SLOW"
 
 
@@ -124,13 +124,13 @@ def test_conditions_and_hits(plc: PlcRuntime, line: Line) -> None:
     at = line("fValue := fValue")
     debugger.add("main.st", at, condition="i = 2 AND nCycle > 1")
     plc.run_due(2 * CYCLE)
-    assert plc.is_held
+    assert plc.is_halted
     assert (debugger.evaluate("i"), debugger.evaluate("nCycle")) == ("2", "2")
     debugger.clear()
     debugger.add("main.st", at, hits=5)
     debugger.go()
     plc.run_due(5 * CYCLE)
-    assert plc.is_held
+    assert plc.is_halted
     assert (debugger.evaluate("i"), debugger.evaluate("nCycle")) == ("1", "4")
     debugger.clear()
     debugger.add("main.st", at, condition="nothing > 1")
@@ -150,7 +150,7 @@ def test_pause(plc: PlcRuntime, line: Line) -> None:
     debugger.pause()
     debugger.go()
     plc.run_due(2 * CYCLE)
-    assert not plc.is_held
+    assert not plc.is_halted
 
 
 def test_exceptions_stop_where_they_are_raised(plc: PlcRuntime, line: Line) -> None:
@@ -176,7 +176,7 @@ def test_exceptions_stop_where_they_are_raised(plc: PlcRuntime, line: Line) -> N
 
 
 @pytest.mark.parametrize("how", ["stop", "reset", "online change"])
-def test_what_ends_a_cycle_that_is_held(plc: PlcRuntime, line: Line, how: str) -> None:
+def test_what_ends_a_halted_cycle(plc: PlcRuntime, line: Line, how: str) -> None:
     debugger = plc.debug()
     debugger.add("main.st", line("F_Double := n"))
     plc.run_due(CYCLE)
@@ -191,11 +191,11 @@ def test_what_ends_a_cycle_that_is_held(plc: PlcRuntime, line: Line, how: str) -
         globals = [type(unit.instance) for unit in plc.units if unit.name == "GVL"]
         plc.online_change(globals, sizes={})
         assert main["nCycle"] == 1
-    assert not plc.is_held
+    assert not plc.is_halted
     assert main["nShare"] == 0  # the rest of the cycle did not run
     plc.run()
     plc.run_due(plc.next_due_ns)
-    assert plc.is_held  # the breakpoint is still there
+    assert plc.is_halted  # the breakpoint is still there
     assert places(debugger)[0] == ("F_Double", line("F_Double := n"))
     debugger.clear()
     debugger.go()
@@ -232,7 +232,7 @@ def test_what_cannot_be_done_while_all_is_running(plc: PlcRuntime) -> None:
     debugger = plc.debug()
     assert plc.debug() is debugger
     for act in (debugger.go, lambda: debugger.step(StepKind.OVER)):
-        with pytest.raises(DebugError, match="nothing stands still"):
+        with pytest.raises(DebugError, match="no cycle is halted"):
             act()
     debugger.abandon()
     assert debugger.calls() == []
@@ -267,5 +267,5 @@ def test_a_plc_that_goes_ends_its_thread(plc: PlcRuntime, line: Line) -> None:
     plc.run_due(CYCLE)
     plc.drop_debugger()
     plc.drop_debugger()
-    assert not plc.is_held
+    assert not plc.is_halted
     assert plc.instance("MAIN")["nShare"] == 0

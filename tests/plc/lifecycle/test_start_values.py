@@ -130,7 +130,7 @@ def test_they_come_again_with_a_reset_and_follow_an_online_change() -> None:
     [
         ("x : LREAL := Calculate(2);", "5:.*shows only when the program runs"),
         ("f : FB(1);", "5:.*FB_init of FB is not called"),
-        ("p : POINTER TO INT; n : INT := p^;", "5:.*POINTER TO INT leads nowhere yet"),
+        ("p : POINTER TO INT; n : INT := p^;", "5:.*POINTER TO INT has no target yet"),
         ("n : INT := a[9]; a : ARRAY [0..1] OF INT;", "5:.*index 9 is outside"),
         ("n : USINT := m; m : INT := 300;", "5:.*USINT takes .* got 300"),
     ],

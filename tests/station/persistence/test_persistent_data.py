@@ -366,7 +366,7 @@ async def test_killed_station_goes_on_from_its_snapshot(
 async def test_nothing_is_written_while_a_plc_is_at_a_breakpoint_or_nothing_changes(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The station is within a cycle then. `PlcRuntime.is_held` says so."""
+    """The station is within a cycle then. `PlcRuntime.is_halted` says so."""
     (tmp_path / "a.st").write_text(PLC)
     system = {"persistent_data": "kept.json", "persistent_data_interval": "1ns"}
     built = Station(parse({"plc": [{"sources": "a.st"}], "system": system}, ""), base=tmp_path)
@@ -375,7 +375,7 @@ async def test_nothing_is_written_while_a_plc_is_at_a_breakpoint_or_nothing_chan
             await asyncio.sleep(0)
         assert names(tmp_path) == ["a.st"], "nothing has changed"
         with monkeypatch.context() as patch:
-            patch.setattr(PlcRuntime, "is_held", True)
+            patch.setattr(PlcRuntime, "is_halted", True)
             built.plcs[851].instance("MAIN")["nTotal"] = 4
             for _ in range(50):
                 await asyncio.sleep(0)

@@ -79,7 +79,7 @@ async def breakpoints(
 ) -> None:
     """Stop before the first statement at a line, or after it; list breakpoints, or clear them.
 
-    A cycle that stops stands still, with all tasks of its PLC; the station, its NC, other PLCs and
+    A cycle that stops is halted, with all tasks of its PLC; the station, its NC, other PLCs and
     ADS go on.
     """
     link = _link(client, plc)
@@ -157,10 +157,10 @@ async def step(
         state = await _ask(link, "pause")
     else:
         state = await _ask(link, "step", how="into" if into else "out" if out else "over")
-    _tell(await _until_held(link, state), in_json)
+    _tell(await _until_halted(link, state), in_json)
 
 
-async def _until_held(link: "DebugLink", state: dict[str, Any]) -> dict[str, Any]:
+async def _until_halted(link: "DebugLink", state: dict[str, Any]) -> dict[str, Any]:
     """The state at the next stop, or what it is after a while."""
     waited = 0.0
     while state["state"] == "run" and waited < _PATIENCE:

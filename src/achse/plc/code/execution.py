@@ -325,7 +325,7 @@ class Execution:
     def observe(self, key: str, listener: "Listener") -> None:
         """Call `listener` with what a routine is called with, each time before it runs.
 
-        KeyError if there is no such routine. Machine code does not tell of its calls: all routines
+        KeyError if there is no such routine. Machine code does not report its calls: all routines
         are plain from then on.
         """
         if self.machine is not None:

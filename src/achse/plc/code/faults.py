@@ -42,7 +42,7 @@ class ExceptionCode(IntEnum):
 class PlcFault(Exception):
     """A program did what stops it. `code` is an `ExceptionCode` or a number of the program's own.
 
-    `says` tells more in plain words.
+    `says` explains it in plain words.
     """
 
     def __init__(self, code: int, says: str = "") -> None:

@@ -19,7 +19,7 @@ from achse.st.typed.project import Routine
 
 
 def source_of(routine: Routine, linker: Linker) -> str:
-    """The Python source of a routine, for those who want to see it."""
+    """The Python source of a routine, for display."""
     return "\n".join(line.text for line in emit_routine(routine, linker))
 
 

@@ -1,7 +1,7 @@
 """Statements of the typed form as lines of Python.
 
 Python takes only so many loops inside each other: what is deeper becomes a function of its own
-before the body, which sees the variables of the routine and tells how it was left.
+before the body, which sees the variables of the routine and returns how it was left.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -330,7 +330,7 @@ class StatementWriter:
                 lines.add(f"if {where} < 0: raise")
         self._depth -= 2
 
-    # life ------------------------------------------------------------------------------------
+    # lifecycle -------------------------------------------------------------------------------
 
     def _lifecycle(self, statement: nodes.Lifecycle) -> None:
         lines = self._lines

@@ -1,4 +1,4 @@
-"""The debug build of a PLC's code: every statement says where it is, every call is on a list."""
+"""The debug build of a PLC's code: every statement marks its place, every call is on a list."""
 
 from bisect import bisect_left
 from collections.abc import Callable, Iterable, Mapping
@@ -34,7 +34,7 @@ class _Marks:
 
     def statement(self, routine: Routine, at: int) -> tuple[str, ...]:
         if routine.kind is RoutineKind.LIFE:
-            return ()  # start values: nobody stops in a declaration
+            return ()  # start values: no breakpoint stops in a declaration
         number = self._numbers.get((routine.key, at))
         if number is None:
             number = self._numbers[routine.key, at] = len(self.marks)

@@ -1,4 +1,4 @@
-"""A thread that runs a cycle and can stand still in the middle: control goes to and fro."""
+"""A thread that runs a cycle and can halt it in the middle: control goes to and fro."""
 
 import threading
 from collections.abc import Callable
@@ -10,7 +10,7 @@ _STACK = 64 << 20
 
 
 class Carrier:
-    """Runs one piece of work at a time; never at the same time as who started it.
+    """Runs one piece of work at a time; the thread that starts it waits meanwhile.
 
     `run` and `resume` come back when the work has ended (True), or waits in `hold` (False).
     `failure` is what ended it, None if nothing did.
@@ -44,18 +44,18 @@ class Carrier:
         return self.resume()
 
     def resume(self) -> bool:
-        """Let the work that stands still go on."""
+        """Resume the halted work."""
         self._go.release()
         self._back.acquire()
         return self._ended
 
     def hold(self) -> None:
-        """Inside the work: stand still until `resume`."""
+        """Inside the work: halt until `resume`."""
         self._back.release()
         self._go.acquire()
 
     def close(self) -> None:
-        """End the thread; nothing may be standing still."""
+        """End the thread; no work may be halted."""
         self._work = None
         self._go.release()
         self._thread.join()

@@ -72,7 +72,7 @@ class Breakpoint:
 
 @dataclass(frozen=True, slots=True)
 class Stop:
-    """A cycle that stands still."""
+    """Position of a halted cycle."""
 
     number: int
     """Counts the stops."""
@@ -90,7 +90,7 @@ class Stop:
 
 @dataclass(frozen=True, slots=True)
 class DebugCall:
-    """One of the calls inside each other of a cycle that stands still; the innermost is 0."""
+    """One of the calls inside each other of a halted cycle; the innermost is 0."""
 
     number: int
     routine: Routine
@@ -110,7 +110,7 @@ class _Everything:
 
 
 class _Abandoned(BaseException):
-    """Ends a cycle that stands still, and that nobody wants any more."""
+    """Ends a halted cycle that is abandoned."""
 
 
 class Debugger:
@@ -182,7 +182,7 @@ class Debugger:
         self._make()
 
     def end(self) -> None:
-        """Forget all breakpoints, let a cycle that stands still go on to its end, and put the
+        """Forget all breakpoints, let a halted cycle run to its end, and put the
         code back that was there."""
         self.breakpoints.clear()
         self.breaks_on_exceptions = False
@@ -197,7 +197,7 @@ class Debugger:
         self.close()
 
     def close(self) -> None:
-        """End the thread; no cycle may be standing still."""
+        """End the thread; no cycle may be halted."""
         self._carrier.close()
 
     @property
@@ -264,7 +264,7 @@ class Debugger:
     # cycles ----------------------------------------------------------------------------------
 
     def run(self, task: "Task", cycle: Callable[[], object]) -> None:
-        """Run a cycle until it ends, or stands still. The PLC is told of its end."""
+        """Run a cycle until it ends or halts. The PLC is notified of its end."""
         self._task = task
         self._stack.clear()
         self._last_exception = None
@@ -291,7 +291,7 @@ class Debugger:
 
     def _resume(self) -> None:
         if self.stop is None:
-            raise DebugError("nothing stands still")
+            raise DebugError("no cycle is halted")
         self.stop = None
         self.changes += 1
         self._execution.namespace["F"][0] = self._fuel
@@ -301,7 +301,7 @@ class Debugger:
         self._advance(self._carrier.resume)
 
     def go(self) -> None:
-        """Go on. Raises `DebugError` if nothing stands still."""
+        """Go on. Raises `DebugError` if no cycle is halted."""
         self._step, self._pauses = None, False
         self._aim()
         self._resume()
@@ -309,10 +309,10 @@ class Debugger:
     def step(self, how: StepKind) -> None:
         """Go on for one step; from the last statement of a cycle to the first of the next.
 
-        Raises `DebugError` if nothing stands still.
+        Raises `DebugError` if no cycle is halted.
         """
         if self.stop is None:
-            raise DebugError("nothing stands still")
+            raise DebugError("no cycle is halted")
         self._step, self._pauses = how, False
         self._step_depth = len(self._stack)
         self._step_task = self._task
@@ -329,7 +329,7 @@ class Debugger:
             self._aim()
 
     def abandon(self) -> None:
-        """End a cycle that stands still, without its rest: the PLC stops or begins again."""
+        """End a halted cycle, without its rest: the PLC stops or begins again."""
         if self.stop is None:
             return
         self._abandons = True
@@ -422,7 +422,7 @@ class Debugger:
     def _hold(
         self, mark: Mark, reason: StopReason, text: str = "", numbers: tuple[int, ...] = ()
     ) -> None:
-        """Stand still here, until somebody says how to go on."""
+        """Halt here until a client steps, runs on or abandons the cycle."""
         assert self._task is not None
         self._step, self._pauses = None, False
         self._stops += 1
@@ -446,14 +446,14 @@ class Debugger:
 
     @property
     def stop_place(self) -> tuple[str, str, int]:
-        """Routine, file and line where a cycle stands still."""
+        """Routine, file and line where a cycle is halted."""
         assert self.stop is not None
         return self.stop.routine, self.stop.path, self.stop.line
 
     # looking ---------------------------------------------------------------------------------
 
     def calls(self) -> list[DebugCall]:
-        """The calls of the cycle that stands still, the innermost first; at most 200."""
+        """The calls of the halted cycle, the innermost first; at most 200."""
         if self.stop is None:
             return []
         calls = []

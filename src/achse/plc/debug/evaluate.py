@@ -62,7 +62,7 @@ def evaluate(text: str, names: DebugNames, view: CallView | None) -> Value:
 
 @lru_cache(1000)
 def _parsed(text: str) -> Expression | str:
-    """The tree; or why there is none. A condition is asked for again and again."""
+    """The tree; or why there is none. A condition is evaluated often."""
     try:
         return parse_expression(text)
     except SourceError as fault:

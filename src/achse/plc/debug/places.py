@@ -28,7 +28,7 @@ class NotThere(LookupError):
 
 
 class CallView(NamedTuple):
-    """A call that stands still: whose variables are looked at."""
+    """A halted call with its variables."""
 
     routine: Routine
     this: int
@@ -190,7 +190,7 @@ class DebugNames:
         return self._element(spot, real, number)
 
     def follow(self, spot: DebugSpot) -> DebugSpot:
-        """`spot^`. Raises NotThere for what is not a pointer, or leads nowhere."""
+        """`spot^`. Raises NotThere without a pointer, or for a dangling one."""
         real = resolved(spot.type)
         if not isinstance(real, PointerType) or isinstance(real, InterfaceType):
             raise NotThere(f"{spot.name} is not a pointer")

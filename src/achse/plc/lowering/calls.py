@@ -1,4 +1,4 @@
-"""Calls: instance, arguments, results and outputs in their order, and records that come to life."""
+"""Calls: instance, arguments, results and outputs in their order, and records that are created."""
 
 from typing import Any
 
@@ -111,7 +111,7 @@ class CallLowering(PlaceLowering):
         missing = [(one, initial_value(routine, one)) for one in parameters.values()]
         return (*arguments, *missing)
 
-    # records that come to life ---------------------------------------------------------------
+    # records that are created ----------------------------------------------------------------
 
     def creation(self, value: Created) -> nodes.LoweredValue:
         """`__NEW`."""

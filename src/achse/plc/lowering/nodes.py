@@ -233,7 +233,7 @@ class RecordValue:
 
 @node
 class Creation:
-    """`__NEW`: the address of `count` of a type; `effects` bring each at `pointer` to life."""
+    """`__NEW`: the address of `count` of a type; `effects` create each at `pointer`."""
 
     of: IecType[Any]
     count: "LoweredValue"
@@ -378,7 +378,7 @@ class Loop:
     after: LoweredValue | None
     at: int
     ends: int | None = None
-    """Counter of the times that `before` or `after` ends it; None if others tell."""
+    """Counter of the times that `before` or `after` ends it; None if other counters imply it."""
     faults: int | None = None
     """Counter of the times that the budget ends it."""
 

@@ -42,7 +42,7 @@ class LoweredProject:
         return f"{key}: {self.typed.left_out.get(key, 'it has an error')}"
 
     def record(self, type: StructType[Any]) -> TypedRecord | None:
-        """The row of a record whose values come to life; None if nothing is to be done."""
+        """The row of a record whose values are created by code; None without any."""
         return self._records.get(type.name.lower())
 
     def spot(self, base: UnitBase | StaticBase | ImageBase) -> Spot:

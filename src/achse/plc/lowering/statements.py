@@ -339,7 +339,7 @@ class StatementLowering(ValueLowering):
         self._completes = Tally()
 
     def protected(self, statement: Protected) -> Iterator[nodes.LoweredStatement]:
-        """__TRY. Who leaves it may fail in its FINALLY."""
+        """__TRY. A statement that leaves it may fail in its FINALLY."""
         for loop in self._loops:
             loop.are_known = False
         code = None if statement.code is None else self.place(statement.code)

@@ -51,7 +51,7 @@ def _signed(word: int) -> int:
 
 
 class FaultPlaces:
-    """All fault places of a module, by the number that its code bears: from 1 up."""
+    """All fault places of a module, by the number in its code: from 1 up."""
 
     def __init__(self, content: bytes = b"") -> None:
         words = array("q", content)

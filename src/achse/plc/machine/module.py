@@ -150,7 +150,7 @@ class ProjectTranslator:
                 entries.append(door_in(self, signature, target, f"in.{key}"))
         self.module.table(ENTRIES, entries)
 
-    # what translators of routines ask --------------------------------------------------------
+    # requests of routine translators ---------------------------------------------------------
 
     def function(self, key: str) -> CallTarget:
         """The machine function of a routine."""
@@ -196,7 +196,7 @@ class ProjectTranslator:
         return target
 
     def text_number(self, text: str) -> int:
-        """The number of a name that Python is told."""
+        """The number of a name, as Python receives it."""
         if text not in self.notes.texts:
             self.notes.texts.append(text)
         return self.notes.texts.index(text)

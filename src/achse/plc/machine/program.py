@@ -54,7 +54,7 @@ class _LoadedPrograms:
     """Programs in memory.
 
     Behind the few objects of a program are megabytes that Python does not count: areas, machine
-    code, tables of LLVM. Who replaces a program closes it. Of whole stations that are dropped,
+    code, tables of LLVM. A replaced program is closed at once. Of whole stations that are dropped,
     40 programs would stay in memory without a search of our own.
     """
 

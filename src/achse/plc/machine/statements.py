@@ -113,7 +113,7 @@ class StatementTranslator:
             case JumpMark():
                 raise AssertionError("a mark is part of its list")
             case nodes.Lifecycle():
-                raise NotTranslatedError("instances begin to live in it")
+                raise NotTranslatedError("instances are created in it")
 
     def _effects(self, values: Sequence[nodes.LoweredValue]) -> None:
         """Values for what they do."""

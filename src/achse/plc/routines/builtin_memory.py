@@ -60,7 +60,7 @@ class BuiltinMemory:
         return address
 
     def free_bytes(self, address: int) -> None:
-        """Give back what `make_bytes` made; anything else is passed over."""
+        """Free bytes of `make_bytes`; other addresses are ignored."""
         with suppress(PlcFault):
             self._linked().heap.free(address)
 

@@ -41,7 +41,7 @@ class BuiltinContext(Protocol):
         ...
 
     def free_bytes(self, address: int) -> None:
-        """Give back what `make_bytes` made; anything else is passed over."""
+        """Free bytes of `make_bytes`; other addresses are ignored."""
         ...
 
     @property

@@ -251,7 +251,7 @@ class _Part:
 
         link = _Bound(bound, lambda: 0.0)
         plc.on_online_change(link.bind_again)
-        return lambda: link.value() if plc.state is PlcState.RUN or plc.is_held else 0.0
+        return lambda: link.value() if plc.state is PlcState.RUN or plc.is_halted else 0.0
 
     def _of_nc(self, name: str, key: str) -> Callable[[], float]:
         nc = next((each for each in self._building.devices if isinstance(each, NcDevice)), None)

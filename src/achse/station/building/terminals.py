@@ -38,7 +38,7 @@ class _Link:
     def send(self) -> None:
         """Outputs come from the PLC, if it runs."""
         outputs = self.slave.outputs
-        if self.written is None or self.plc.is_held:
+        if self.written is None or self.plc.is_halted:
             return
         if self.plc.state is PlcState.RUN:
             outputs[:] = self.plc.memory[Area.OUTPUT].read(self.written, len(outputs))

@@ -110,7 +110,7 @@ class PlcPhase(Phase):
     def step(self, now_ns: int) -> None:
         """Run every task that is due."""
         links = self._links
-        if not links or self._plc.is_held:
+        if not links or self._plc.is_halted:
             self._plc.run_due(now_ns)
             return
         for each in links:

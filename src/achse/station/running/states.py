@@ -182,6 +182,6 @@ class StationStates:
     def capture(self) -> PersistentImage | None:
         """Return the persistent data between two cycles; None within one, or without any."""
         nc, plcs = self.parts.nc, self.parts.plcs
-        if (nc is None and not plcs) or any(plc.is_held for plc in plcs.values()):
+        if (nc is None and not plcs) or any(plc.is_halted for plc in plcs.values()):
             return None
         return self.persistent.capture(nc, plcs, self._cycle.now_ns)
