@@ -1,1 +1,1 @@
-"""The documentation as a site: what MkDocs is told beside the pages of docs/."""
+"""The documentation as a site: settings and generated pages of MkDocs."""

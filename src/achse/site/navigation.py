@@ -7,7 +7,7 @@ import re
 from collections.abc import Iterable, Mapping
 
 Section = dict[str, "list[str | Section]"]
-"""A heading and what stands below it, as MkDocs takes it."""
+"""A heading and its pages, as MkDocs expects them."""
 
 _ITEM = re.compile(r"^- (\w[\w -]*): ((?:.|\n(?!- |\n))*)", re.MULTILINE)
 _HOW_TO = re.compile(r"\]\(docs/(how-to/[\w-]+\.md)\)")

@@ -167,7 +167,7 @@ TEXTS: Mapping[str, str] = {
     "terminal": "A terminal shows what achse check finds in a program with two errors",
     "ledger": "Instructions of each fixed work over the commits, relative to its first line",
 }
-"""By name, what a reader is told who does not see the picture."""
+"""Alternative texts by name of the picture."""
 
 MOVING = frozenset({"demo"})
 """Pictures with a still one beside them, for readers who want less motion."""

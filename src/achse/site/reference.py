@@ -225,7 +225,7 @@ COVERAGE = (
 )
 OBJECTS = (
     "The object dictionary (001 §3). Where the manual leaves a choice, ours is"
-    " [here](../coverage/drive-choices.md). `achse drive objects` tells the range of an entry.\n\n"
+    " [here](../coverage/drive-choices.md). `achse drive objects` shows the range of an entry.\n\n"
 )
 OBJECT_COLUMNS = ("index", "type", "access", "pdo", "default", "unit", "name", "meaning")
 

@@ -306,7 +306,7 @@ class _Declarer:
                         scope, (block, declaration), [name.name.lower()], name.at
                     )
                 except (Failed, NotConstant, Unexpected):
-                    # Told already, or told where the variable is made.
+                    # Reported already, or reported where the variable is made.
                     continue
 
     def _collect_addresses(self, entry: DeclaredUnit) -> None:

@@ -96,7 +96,7 @@ class TestBench:
             added.append(str(tcunit.resolve()))
         plcs = tuple(
             plc.model_copy(
-                # machine code would not tell which line calls an assertion
+                # machine code would not show which line calls an assertion
                 update={
                     "libraries": (*plc.libraries, *added),
                     "code": "plain",
@@ -318,7 +318,7 @@ class PlcTests:
 
     @property
     def suite_count(self) -> int:
-        """Suites that FB_init has told TcUnit of."""
+        """Suites that FB_init has registered with TcUnit."""
         return int(self._list["NumberOfInitializedTestSuites"])
 
     @property

@@ -32,7 +32,7 @@ def run_tests(
     `timeout`: seconds of PLC time and of waiting, above 0. `coverage`: count what runs, with
     `conditions` decisions, too. `confine` changes or refuses the configuration before the station
     is made, `between` is called with the PLC time between two cycles: an exception ends the run.
-    Raises `ProjectError`, and `TcUnitMissing` if TcUnit is nowhere.
+    Raises `ProjectError`, and `TcUnitMissing` without TcUnit.
     """
     bench = TestBench.of(project, libraries, environ, confine, coverage=coverage)
     run = bench.run(limit, timeout, between)

@@ -1,4 +1,4 @@
-"""Loopback addresses on which nobody listens: foreign clients dial port 48898 and no other."""
+"""Loopback addresses without a listener: foreign clients dial port 48898 and no other."""
 
 import itertools
 import os

@@ -64,7 +64,7 @@ def plc_unit(
     blocks of their name, as in station.toml. `cycle_time`: seconds, above 0.
     `floating_point_exceptions` and `check_bounds` are the keys of `[[plc]]`.
 
-    What needs the router (ADSREAD, FB_FileOpen, …) answers nobody here: test that in a station.
+    Blocks that need the router (ADSREAD, FB_FileOpen, …) get no answer: test them in a station.
     Raises `SourceError` for what cannot be read, or has errors, and for a name that is not there.
     """
     sources = [

@@ -6,7 +6,7 @@ from typing import Any
 
 
 class ManualClock:
-    """A clock in Unix nanoseconds that stands until `advance`: `Device(…, clock=ManualClock())`."""
+    """A clock in Unix nanoseconds, stopped until `advance`: `Device(…, clock=ManualClock())`."""
 
     def __init__(self, now_ns: int = 1_767_225_600_000_000_000) -> None:
         self.now_ns = now_ns
@@ -40,7 +40,7 @@ class VirtualTimeLoop(asyncio.SelectorEventLoop):
     """An event loop in which an hour takes no time: `asyncio.Runner(loop_factory=VirtualTimeLoop)`.
 
     It jumps to the next timer as soon as nothing else is ready. For code without sockets and
-    threads; a coroutine that waits for what nobody will do raises RuntimeError.
+    threads; a coroutine that waits forever raises RuntimeError.
     """
 
     def __init__(self) -> None:

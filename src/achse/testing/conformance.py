@@ -26,7 +26,7 @@ class ConformanceError(AssertionError):
 
 
 class _Client:
-    """Asks a device through a router and reads the answers bit by bit."""
+    """Sends requests to a device through a router and checks the answers bit by bit."""
 
     def __init__(self, device: Device) -> None:
         self.router = Router(_NET_ID)
@@ -59,7 +59,7 @@ def check_device(make_device: Callable[[], Device], *, rows: bool = True) -> Non
 
     - it knows name, version and state, and refuses unknown commands, groups and offsets;
     - each error reply has its full length and the invoke id of its request;
-    - no answer is longer than asked for, none fails inside (0x1), whatever the length;
+    - no answer is longer than requested, none fails inside (0x1), whatever the length;
     - a sum answers as the single requests do;
     - a notification handle ends with Delete, and is refused (0x714) afterwards.
 

@@ -35,7 +35,7 @@ def check_drive(drive: DriveReach, *, motion: bool = True) -> None:
     - the EtherCAT state machine goes where it may and refuses the rest with the AL status code;
     - the power state machine obeys controlwords, and no shortcut;
     - modes are shown when they are taken, unsupported ones are not;
-    - who stops sending gets the watchdog, a fault if the drive was enabled, and out of it again.
+    - a master that stops sending trips the watchdog, a fault if the drive was enabled.
 
     The drive's own parameters are not changed; it is left with the default mapping until it is
     switched off. With `motion` it is enabled and turns a little in
@@ -84,7 +84,7 @@ class _Check:
     # EtherCAT states
 
     def _go(self, *states: int) -> Iterator[str]:
-        """Ask for states one after the other; what is wrong if one is not reached."""
+        """Request states one after the other; what is wrong if one is not reached."""
         for state in states:
             reached, code = self._drive.request(state | _ACKNOWLEDGE)
             if reached != state:

@@ -101,7 +101,7 @@ class LiveStation(Live):
 
     - `config`: a station.toml, a dict of what would be in it, a `StationConfig`, a function that
       makes a `Station`; None is the demo station.
-    - `time`: "real" (the wall clock), "virtual" (it stands until `advance`), or a speed.
+    - `time`: "real" (the wall clock), "virtual" (stopped until `advance`), or a speed.
     - `host`, `tcp_port`: a free loopback address and 48898 unless given; the NetId is the address
       with .1.1 behind it, unless a function makes the station.
     """

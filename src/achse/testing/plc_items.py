@@ -37,7 +37,7 @@ class PlcTest(pytest.Item):
         self.test = test
 
     def runtest(self) -> None:
-        """Tell how it went when the project ran."""
+        """Report the outcome when the project ran."""
         test = self.test
         if test.outcome is TestOutcome.SKIPPED:
             pytest.skip("its name begins with disabled_")

@@ -49,7 +49,7 @@ class DriveReach(Protocol):
         ...
 
     def request(self, state: int) -> tuple[int, int]:
-        """Ask for a state, with bit 4 to acknowledge; AL status and code it leads to.
+        """Request a state, with bit 4 to acknowledge; AL status and code it leads to.
 
         On the way from PreOp to SafeOp process data are set up as the drive has them mapped.
         """
@@ -163,7 +163,7 @@ class SegmentReach:
     # states and process data
 
     def request(self, state: int) -> tuple[int, int]:
-        """Ask for a state; AL status and code."""
+        """Request a state; AL status and code."""
         present = self._status()[0]
         if state & 0x0F == AlState.PREOP and present & 0x0F == AlState.INIT:
             areas = ((_MAILBOX_OUT, _MAILBOX_OUT.length), (_MAILBOX_IN, _MAILBOX_IN.length))
@@ -248,7 +248,7 @@ class PysoemReach:
             raise SdoAbort(AbortCode.of(refusal.abort_code) or AbortCode.GENERAL) from None
 
     def request(self, state: int) -> tuple[int, int]:
-        """Ask for a state; AL status and code."""
+        """Request a state; AL status and code."""
         self._master.read_state()
         if state & 0x0F == AlState.SAFEOP and self._slave.state & 0x0F == AlState.PREOP:
             self._master.config_map()

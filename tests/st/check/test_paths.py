@@ -68,7 +68,7 @@ VARIABLES = """st : ST_Whole; n : INT; d : DINT; l : LINT; a : ARRAY [1..3] OF I
 ROWS = [
     ("n := p^;", "n := p^;"),
     ("n := (p + 2)^;", "n := ADD.POINTER TO INT(p, 2)^;"),
-    ("n := n^;", "fault: INT is not a pointer: ^ leads nowhere"),
+    ("n := n^;", "fault: INT is not a pointer: ^ has no target"),
     ("n := p.x;", "fault: a POINTER TO INT has no members; write ^ before the dot"),
     ("n := st.y;", "fault: ST_Whole has no member 'y'"),
     ("n := F_Part().x;", "n := <__t1 := f_part()>+2;"),

@@ -158,7 +158,7 @@ def test_calls_take_a_running_program() -> None:
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("pNull^", "POINTER TO INT leads nowhere yet"),
+        ("pNull^", "POINTER TO INT has no target yet"),
         ("n^", "INT is not a pointer"),
         ("a[4]", "index 4 is outside 1..3"),
         ("n.x", "INT has no member 'x'"),

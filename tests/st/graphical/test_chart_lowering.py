@@ -263,7 +263,7 @@ def test_transition_objects_macros_and_boolean_variables() -> None:
     [
         ([step("A")], "expected one initial step, got 0"),
         ([step("A", initial="TRUE"), step("B")], "expected a transition behind step A"),
-        ([step("A", initial="TRUE"), transition("TRUE")], "the transition leads nowhere"),
+        ([step("A", initial="TRUE"), transition("TRUE")], "the transition has no target step"),
         ([step("A", initial="TRUE"), transition("x"), jump("Z")], "a jump to 'Z'"),
         (
             [step("A", initial="TRUE"), transition("nope"), jump("A")],

@@ -63,13 +63,13 @@ class RoutineBody:
         return self.signature.source
 
     def note_use(self, tree: Any, whole: Any, meaning: Any) -> None:
-        """Keep the meaning of a name, for an editor that asks for it."""
+        """Keep the meaning of a name for an editor."""
         from achse.st.check.checking import NameUse  # each needs the other
 
         if self.checking.uses is not None:
             self.checking.uses.append(NameUse(self, tree, whole, meaning))
 
-    # what is told ----------------------------------------------------------------------------
+    # faults ---------------------------------------------------------------------------------
 
     def warn(self, at: int, message: str, code: Code) -> None:
         """Keep a warning; those about libraries are not the user's."""

@@ -72,7 +72,7 @@ def check(
     `predefined` are programs and variable lists that the runtime declares in Python. Without
     `check_bounds` an index that is not constant has no bounds. `reach` says which units may have
     faults, `unreached` are the faults of their declarations. Raises nothing: what is at fault is
-    told, and left out.
+    reported and left out.
     """
     with collection_paused():  # the typed form has no cycles
         checking = Checking(declarations.names, predefined, check_bounds=check_bounds)
@@ -139,7 +139,7 @@ class Checking:
         self._requested_records: set[str] = set()
         self._life_queue: deque[tuple[StructType[Any], LifeEvent]] = deque()
 
-    # what routines ask for -------------------------------------------------------------------
+    # requests of routines --------------------------------------------------------------------
 
     def warn(self, source: Source, at: int, message: str, code: Code) -> None:
         """Keep a warning, each once."""
@@ -253,7 +253,7 @@ class Checking:
             self.fault(entry.source, fault.at, fault.message, fault.code)
 
     def _begin(self, entry: DeclaredUnit) -> None:
-        """Ask for everything that a unit of the user's own has."""
+        """Request all routines of a unit of the user's own."""
         tree = entry.tree
         if isinstance(tree, Function):
             self.require(self.routines.of_function(entry))
@@ -345,7 +345,7 @@ class Checking:
     # records and blocks ----------------------------------------------------------------------
 
     def _life_of(self, type: StructType[Any]) -> tuple[str, str, str]:
-        """The keys of the routines of a record's life; they are made later."""
+        """The keys of a record's lifecycle routines; they are made later."""
         keys = []
         for event in LifeEvent:
             if self.life.needs(type, event):

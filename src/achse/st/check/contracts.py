@@ -1,4 +1,4 @@
-"""Contracts of blocks: what interfaces, abstract bases and overridden methods ask for."""
+"""Contracts of blocks: requirements of interfaces, abstract bases and overridden methods."""
 
 from collections.abc import Callable, Iterator
 from typing import Any
@@ -42,8 +42,8 @@ class Contracts:
         self._fault = fault
 
     def check(self, entry: DeclaredUnit) -> None:
-        """Tell what a block lacks, which of its methods do not fit those they override, and which
-        of its variables cannot be."""
+        """Report missing parts of a block, methods that do not match the overridden ones, and
+        variables that are not allowed."""
         tree = entry.tree
         if isinstance(tree, FunctionBlock | Program | GlobalList):
             self._check_variables(entry, tree)

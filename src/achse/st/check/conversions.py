@@ -85,7 +85,7 @@ def _to_text(source: IecType[Any], target: StringType) -> Conversion | None:
 class Converter:
     """Converts operands where the source says nothing of it, and warns of what may be lost.
 
-    `implements` tells whether a function block has an interface; None if it cannot be known.
+    `implements` is True if a function block has an interface; None if it cannot be known.
     """
 
     def __init__(self, warn: Warn, implements: Implements) -> None:

@@ -84,7 +84,7 @@ class Initials:
         try:
             return list(self._defaults(storage, type, declaration.initial, type.default))
         except (Unexpected, Failed):
-            return []  # `statements` tells it
+            return []  # `statements` reports it
 
     def reset(self, storage: Storage, type: StructType[Any], at: int) -> list[TypedStatement]:
         """Return statements that set all members of a record to the defaults of its type.

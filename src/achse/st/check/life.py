@@ -1,4 +1,4 @@
-"""Life cycle: the routines that bring records, blocks and units to life and end it.
+"""Lifecycle: the routines that create and end records, blocks and units.
 
 For each record that needs one the checker makes `create` (blocks inside, start values, FB_init),
 `exit` (FB_exit) and `reinit` (FB_reinit) as routines of kind LIFE, in the documented order:
@@ -50,7 +50,7 @@ _ROUTINES = {
 
 
 class Life:
-    """Knows what needs life, and makes its routines."""
+    """Finds records with a lifecycle, and makes its routines."""
 
     def __init__(self, checking: "Checking") -> None:
         self._checking = checking
@@ -256,7 +256,7 @@ class Life:
         """Return the statements that create a variable with the values of its declaration."""
         at = declaration.names[0].at
         inner = element_of(type)
-        # What a declaration says counts over what FB_init, or members by their siblings, made.
+        # Values of a declaration have priority over those of FB_init, or of siblings.
         all_of_it = inner is not None and self._makes_values(inner)
         if all_of_it:
             yield from body.initials.defaults(storage, type, declaration)
@@ -314,7 +314,7 @@ class Life:
     def statements(
         self, body: "RoutineBody", type: StructType[Any], event: LifeEvent
     ) -> list[TypedStatement]:
-        """The body of a routine of life."""
+        """The body of a lifecycle routine."""
         if event is LifeEvent.CREATE:
             return [
                 *self._of_base(body, type, event),

@@ -384,7 +384,7 @@ class Paths:
         type = pointer.flat
         if not isinstance(type, PointerType) or isinstance(type, InterfaceType):
             raise Unexpected(
-                at, f"{pointer.type.name} is not a pointer: ^ leads nowhere", Code.NOT_A_POINTER
+                at, f"{pointer.type.name} is not a pointer: ^ has no target", Code.NOT_A_POINTER
             )
         checked = body.checks.pointer(pointer.value, type, at)
         name = pointer.storage.name if pointer.storage is not None else ""

@@ -117,7 +117,7 @@ def parameters_by_name(parameters: Iterable[DeclaredParameter]) -> dict[str, Dec
 
 
 class Routines:
-    """Makes signatures, each when it is first asked for."""
+    """Makes signatures, each at its first request."""
 
     def __init__(self, names: Resolver) -> None:
         self._names = names
@@ -206,7 +206,7 @@ class Routines:
         return [one for one in self._signature_by_key.values() if one is not None]
 
     def known(self, key: str) -> Signature | None:
-        """The signature of that key, if it was asked for."""
+        """The signature of that key, if it was requested."""
         return self._signature_by_key.get(key)
 
     def this(self, entry: DeclaredUnit) -> StructType[Any] | None:

@@ -215,7 +215,7 @@ class StatementChecker:
     # choices ---------------------------------------------------------------------------------
 
     def _condition(self, tree: Expression) -> TypedValue:
-        """A BOOL; a fault in it is told, and the rest goes on."""
+        """A BOOL; a fault in it is reported, and the check continues."""
         body = self._body
         try:
             return body.truth(body.expressions.operand(tree), tree.at)
@@ -255,7 +255,7 @@ class StatementChecker:
         choices = tuple(self._choice(choice, selector, machine, taken) for choice in tree.choices)
         otherwise = self.sequence(tree.otherwise)
         if selector is None:
-            return RoutineExit(tree.at)  # The fault is told; nothing of this runs.
+            return RoutineExit(tree.at)  # The fault is reported; nothing of this runs.
         value = converted(selector.value, machine, tree.at)
         return CaseSelection(value, choices, otherwise, tree.at)
 

@@ -42,7 +42,7 @@ class _Types(Protocol):
 
 
 class NamedConstants:
-    """Works out constants, each when it is first asked for.
+    """Evaluates constants, each at its first request.
 
     `constants` are those that no source declares, by name.
     """
@@ -270,7 +270,7 @@ class NamedConstants:
             pointer = resolved(self._operand_type(operand.of, scope))
             if not isinstance(pointer, PointerType):
                 raise Unexpected(
-                    at, f"{pointer.name} is not a pointer: ^ leads nowhere", Code.NOT_A_POINTER
+                    at, f"{pointer.name} is not a pointer: ^ has no target", Code.NOT_A_POINTER
                 )
             return pointer.target
         path = path_of(operand)

@@ -76,7 +76,7 @@ class PredefinedTypes:
 
     @property
     def files(self) -> Sequence[str]:
-        """Symbol files that are asked for types, as faults name them."""
+        """Symbol files that are searched for types, as faults name them."""
         return () if self._further is None else self._further.names
 
     def find(self, name: str, at: int) -> IecType[Any] | None:

@@ -245,7 +245,7 @@ class Records:
     ) -> list[tuple[Variable[Any, Any], int]]:
         """The variables that belong to a unit, and where each is declared.
 
-        A fault costs one of them, so that those of the others are told, too; then `Failed`.
+        A fault costs one of them, so that faults of the others are reported, too; then `Failed`.
         """
         all_variables = []
         failed = False

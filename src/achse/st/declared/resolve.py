@@ -74,10 +74,10 @@ _WORD = re.compile(r"\w+")
 
 
 class Resolver:
-    """Makes types, each when it is first asked for.
+    """Makes types, each at its first request.
 
     `types` are those that no source declares (of libraries, of Python code), by name; `further`
-    is asked for what is in neither.
+    is searched for all others.
     """
 
     def __init__(
@@ -242,7 +242,7 @@ class Resolver:
     ) -> PointerType:
         """A pointer or reference."""
         name = self._text(target, scope, hint)
-        # Followed when asked for, not now: a structure may point to its own kind.
+        # Followed on request, not now: a structure may point to its own kind.
         pointer = kind(
             lambda: self.type_of(target, scope, hint), self.rules.pointer_size, target_name=name
         )
@@ -284,7 +284,7 @@ class Resolver:
             pointer.target = BYTE
 
     def _nameless(self, spec: EnumOf | StructOf | UnionOf, scope: Scope, hint: str) -> IecType[Any]:
-        """A type declared where a variable is; it bears the name of the variable."""
+        """A type declared where a variable is; it has the name of the variable."""
         key = (id(spec), hint)  # A generic block has one for each of its instances.
         type = self._inner.get(key)
         if type is None:
@@ -301,7 +301,7 @@ class Resolver:
     # units -----------------------------------------------------------------------------------
 
     def unit(self, entry: DeclaredUnit) -> type[Record]:
-        """The class of a program or variable list, made when it is first asked for.
+        """The class of a program or variable list, made at its first request.
 
         Raises `Failed` and `Unexpected`.
         """

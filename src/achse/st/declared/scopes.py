@@ -130,12 +130,12 @@ class Scope:
     constants: dict[str, Constant | None] = field(default_factory=dict)
     """Constants already computed; None while one is being computed."""
     failed: set[str] = field(default_factory=set)
-    """Constants at fault, which is told."""
+    """Constants with a reported fault."""
 
 
 def _library_of(source: Source) -> str:
-    """The name space of a library: what it is told to be from, or the folder of one that comes
-    with achse."""
+    """The name space of a library: its namespace in the project, or the folder of a library
+    that comes with achse."""
     if source.library:
         return source.library
     folder, slash, _ = source.path.partition("/")
@@ -296,7 +296,7 @@ class Scopes:
                 return
             if not library or library == _library_of(known.source):
                 return
-            # Still there for the library itself and those who name it: `Tc2_Standard.CONCAT`.
+            # Still there for the library itself and with its name space: `Tc2_Standard.CONCAT`.
             name = f"{library}.{name}"
             if name.lower() in self.entries:
                 return
@@ -457,7 +457,7 @@ class Scopes:
     # faults --------------------------------------------------------------------------------
 
     def report(self, source: Source, at: int, message: str, code: Code) -> None:
-        """Keep a fault; what is asked for twice is told once."""
+        """Keep a fault; equal faults are reported once."""
         self.faults.setdefault(source.fault(at, message, code))
 
     @contextmanager
@@ -501,8 +501,8 @@ class Scopes:
 
     @contextmanager
     def without_new_faults(self) -> Iterator[set[DeclaredUnit]]:
-        """Forget the faults that are reported meanwhile, and that units failed: who asks for them
-        later is told. The yielded set has these units then."""
+        """Forget the faults that are reported meanwhile, and that units failed: a later request
+        reports them again. The yielded set has these units then."""
         known, before = len(self.faults), self._failed()
         failed: set[DeclaredUnit] = set()
         yield failed

@@ -119,7 +119,7 @@ class StartValues:
             if not isinstance(real, PointerType):
                 raise Unexpected(
                     tree.at,
-                    f"{pointer.type.name} is not a pointer: ^ leads nowhere",
+                    f"{pointer.type.name} is not a pointer: ^ has no target",
                     Code.NOT_A_POINTER,
                 )
             return self._pointee(pointer.address, real, tree.at)
@@ -166,7 +166,7 @@ class StartValues:
     def _pointee(self, place: int, pointer: PointerType, at: int) -> PointedValue:
         address = pointer.decode(self._read(place, pointer.size, at))
         if not address:
-            raise Unexpected(at, f"this {pointer.name} leads nowhere yet", Code.BAD_START_VALUE)
+            raise Unexpected(at, f"this {pointer.name} has no target yet", Code.BAD_START_VALUE)
         return PointedValue(pointer.target, address)
 
     def _read(self, address: int, size: int, at: int) -> bytes:

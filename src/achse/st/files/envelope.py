@@ -2,7 +2,7 @@
 
 The texts are in CDATA parts: one declaration and one body for each unit, method, accessor, action
 and transition. Bodies in other languages than Structured Text are kept as they are in the file.
-Faults are told by their place in the file.
+Faults have their place in the file.
 """
 
 import re

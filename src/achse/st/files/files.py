@@ -49,7 +49,7 @@ _SOLUTIONS = suffixes_of(Content.SYSTEM, Content.SOLUTION)
 _LARGEST_FILE = 1 << 26
 _MOST_ENTRIES = 200_000
 _LONGEST_CYCLE_NS = 100 * 0xFFFF_FFFF
-"""PlcTaskSystemInfo tells a cycle as UDINT of 100 ns."""
+"""PlcTaskSystemInfo has a cycle as UDINT of 100 ns."""
 _BINARY = re.compile(rb"[\x00-\x08\x0e-\x1f]")
 """Bytes that no XML text has."""
 _UTF_16 = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)

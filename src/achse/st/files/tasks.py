@@ -15,7 +15,7 @@ log = logging.getLogger("achse.plc")
 
 
 class FileTask(NamedTuple):
-    """A task; `programs` only if the file tells."""
+    """A task; `programs` only if the file lists them."""
 
     name: str
     cycle_ns: int = 10_000_000

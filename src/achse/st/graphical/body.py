@@ -1,7 +1,7 @@
 """A body drawn in LD, FBD, IL, SFC or CFC: its text in the file, and the statements it means.
 
 The text is kept packed and is read when the body is compiled: a large project has a hundred
-megabytes of them. Offsets of its nodes follow the text of their source; a body tells the line
+megabytes of them. Offsets of its nodes follow the text of their source; a body knows the line
 in the file and the place in the drawing, `network 3, rung 1`, for each.
 """
 

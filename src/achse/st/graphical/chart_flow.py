@@ -85,7 +85,7 @@ class ChartFlow(StepFlow):
         for end in exits:
             if isinstance(end, Firing):
                 raise Unexpected(
-                    end.transition.at, "the transition leads nowhere", Code.BAD_CHART_FLOW
+                    end.transition.at, "the transition has no target step", Code.BAD_CHART_FLOW
                 )
 
     def _target(self, jump: ChartJump) -> Sequence[ChartStep]:

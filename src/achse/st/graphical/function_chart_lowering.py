@@ -256,7 +256,7 @@ class _Connections:
         )
 
     def type_of(self, element: ChartBox) -> TypeSpec | None:
-        """The type of a result as far as the declarations of the unit tell it."""
+        """The type of a result as far as the declarations of the unit show it."""
         return self._type(element, set())
 
     def _type(self, element: ChartBox, seen: set[int]) -> TypeSpec | None:

@@ -271,7 +271,7 @@ def chart_lines(flow: StepFlow, value: OperandValue = no_value) -> list[str]:
 
 
 def _readable(name: str, unnamed: str) -> str:
-    """A name of the user; what the file has without a name is told in general."""
+    """A name of the user, or a general word for an unnamed element."""
     return unnamed if name.startswith("__") else name
 
 

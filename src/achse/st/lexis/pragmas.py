@@ -73,7 +73,7 @@ def needs_declarations(text: str) -> bool:
 
 
 class Conditions:
-    """Follows the pragmas of one text and tells which parts of it count."""
+    """Follows the pragmas of one text and selects the parts of it that count."""
 
     def __init__(self, defines: Mapping[str, str] | Iterable[str] | ProjectDefines = ()) -> None:
         self._project: ProjectDefines | None = None

@@ -119,7 +119,7 @@ class SourceError(DeclarationError):
 
 
 class SourceSegment(NamedTuple):
-    """A part of a text that lies elsewhere in its file: where it starts, in both."""
+    """A part of a text that is elsewhere in its file: where it starts, in both."""
 
     start: int
     line: int
@@ -151,7 +151,7 @@ class Source:
 
     The text of an XML file is the texts of its parts one after the other; `pieces` say where in
     the file each of them starts. Syntax trees keep offsets into `text`, and `locate` turns them
-    into lines and columns when somebody asks.
+    into lines and columns on request.
     """
 
     def __init__(
@@ -170,7 +170,7 @@ class Source:
         self.file = ""
         """The file that it was read from, with its whole path."""
         self.content: object = None
-        """Lives as long as the source: what else was made of the same text."""
+        """Further results of the same text, dropped with the source."""
         self.pieces = tuple(pieces) or _PLAIN
         self._starts = [piece.start for piece in self.pieces]
         self.drawings = tuple(drawings)

@@ -1,7 +1,7 @@
 """Stubs: declarations for what a project uses and nothing declares, as Structured Text.
 
 A type has the members, inputs, outputs and methods that the project uses, an enumeration the
-values. What no use tells is guessed from the name (`bBusy` is a BOOL) and has a question mark.
+values. What no use shows is guessed from the name (`bBusy` is a BOOL) and has a question mark.
 
 Source: IEC 61131-3 (2013) table 19 (calls), 11 (types): what uses say of a declaration.
 """
@@ -190,7 +190,7 @@ class _Writer:
     # types -----------------------------------------------------------------------------------
 
     def _type_of(self, use: MissingUse, owner: str) -> tuple[str, bool]:
-        """The type of a variable or member, and True if a use or a symbol file tells it."""
+        """The type of a variable or member, and True if a use or a symbol file shows it."""
         if use.is_part:
             return self._own_names(use.type), True
         if use.is_bound:
@@ -382,7 +382,7 @@ class _Writer:
             yield "END_METHOD"
 
     def _own_names(self, type: str) -> str:
-        """The text of a type, where other stubs bear no library in front."""
+        """The text of a type, where other stubs have no library in front."""
         return _QUALIFIED.sub(
             lambda match: match[1] if match[1].lower() in self._types else match[0], type
         )

@@ -1,4 +1,4 @@
-"""Parts of syntax trees that tell of missing names: bases, bounds, literals, parts of types.
+"""Parts of syntax trees with evidence of missing names: bases, bounds, literals, parts of types.
 
 Source: IEC 61131-3 (2013) table 19 (calls), 11 (types): what uses say of a declaration.
 """

@@ -24,7 +24,7 @@ class MissingUse:
 
     name: str
     type: str = ""
-    """Its type as text, if a use tells."""
+    """Its type as text, if a use shows it."""
     like: "MissingUse | None" = None
     """Another name that has the same type."""
     space: "MissingUse | None" = None
@@ -97,7 +97,7 @@ class MissingUse:
         return not is_known or self.is_required or bool(uses)
 
     def note_type(self, type: str) -> None:
-        """Take in what a use tells of the type. Literals tell least: 1 may be a REAL, too."""
+        """Note the type that a use shows. Literals are weak evidence: 1 may be a REAL, too."""
         if not type:
             return
         known = self.type
@@ -117,7 +117,7 @@ class MissingUse:
 
 
 def open_bounds(type: str) -> str:
-    """Return the text of an array type with bounds that the caller's array tells."""
+    """Return the text of an array type with bounds of the caller's array."""
     return _BOUNDS.sub(lambda match: f"ARRAY [{', '.join('*' for _ in match[1].split(','))}]", type)
 
 

@@ -177,7 +177,7 @@ class MissingNames:
                 self._in_statements(part.body, scope)
 
     def _overrides(self, entry: DeclaredUnit) -> None:
-        """Methods of a block whose base or interface is missing: calls tell less of them."""
+        """Methods of a block whose base or interface is missing: calls show less of them."""
         interfaces = list(self._missing_interfaces(entry))
         base = self.meanings.missing_base(entry)
         own = {part.name.lower(): part for part in getattr(entry.tree, "parts", ())}
@@ -461,7 +461,7 @@ class MissingNames:
                 self._note_use(self.meanings.of(operand, scope), "IQueryInterface")
         sense = self.meanings.of(tree.of, scope)
         if self.meanings.is_result(sense):
-            return  # the arguments of a declared method tell nothing of its result
+            return  # the arguments of a declared method show nothing of its result
         use = self.meanings.type_use(sense) if isinstance(sense, tuple) else sense
         if isinstance(use, MissingUse):
             use.is_called = True

@@ -32,7 +32,7 @@ MEMORY_GROUPS: Mapping[int, tuple[str, bool]] = {
 """The area of an `Address` that an index group means, and whether its offsets count bits."""
 
 SYSTEM_LIST = "twincat_systeminfovarlist"
-"""Every PLC makes this list for itself, so that what it tells of its tasks is true."""
+"""Every PLC makes this list for itself, so that its data of the tasks is right."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,7 +114,7 @@ class SymbolFile:
     def called_tasks(self) -> list[FileTask]:
         """The tasks with the programs they call.
 
-        A `.tmc` does not tell; there a program belongs to the task of its first variable.
+        A `.tmc` lacks it; there a program belongs to the task of its first variable.
         """
         if any(task.programs for task in self.tasks):
             return list(self.tasks)
@@ -175,6 +175,6 @@ def _unit(items: Sequence[FileVariable]) -> type[StaticRecord]:
 
 
 def address_of(area: str, bit_offset: int, is_bit: bool) -> Address:
-    """The place in an area that lies `bit_offset` bits from its start."""
+    """The place in an area `bit_offset` bits from its start."""
     byte, bit = divmod(bit_offset, 8)
     return Address(area, "X" if is_bit else "", byte, bit if is_bit else None)

@@ -31,7 +31,7 @@ def read_signature(
     is_known: Callable[[str], bool],
     properties_of: Callable[[Element], dict[str, str]],
 ) -> BlockSignature:
-    """Return the signature of a `<DataType>`, without methods of types that nobody knows.
+    """Return the signature of a `<DataType>`, without methods of unknown types.
 
     `text_of` returns the type that an element names within its owner as text, `properties_of` the
     properties of a parameter.

@@ -92,7 +92,7 @@ def _pointer_size(root: Element, module: Element) -> int:
     platform = module.attributes.get("TargetPlatform", "").lower()
     if platform:
         return 8 if "x64" in platform else 4
-    # Older files do not tell; the first pointer does.
+    # Older files lack it; the first pointer shows it.
     waiting = [root]
     while waiting:
         element = waiting.pop()

@@ -143,7 +143,7 @@ def _named(tag: str, name: str, **attributes: object) -> str:
 def _reference(
     tag: str, type: IecType[Any], arrays: str = "ArrayInfo", **marks: object
 ) -> tuple[str, list[str]]:
-    """The element that names a type, and those that tell of arrays around it."""
+    """The element that names a type, and the elements of arrays around it."""
     levels: list[tuple[Mapping[str, object], ArrayType[Any]]] = []
     while True:
         pointers: dict[str, object] = {}

@@ -1,4 +1,4 @@
-"""Types of a symbol file, built from its `<DataType>` elements when they are asked for.
+"""Types of a symbol file, built from its `<DataType>` elements on request.
 
 `.tmc` and `.tpy` write them alike: name, size and offsets in bits, `SubItem`, `ArrayInfo`,
 `EnumInfo`, `Method`. Offsets and sizes are those of the file, whatever layout rules would say.
@@ -31,7 +31,7 @@ from achse.st.symbolfiles.model import address_of
 from achse.st.symbolfiles.signatures import read_signature
 
 MAX_BYTES = 1 << 28
-"""No variable of a file lies or reaches beyond this byte of its area."""
+"""No variable of a file reaches beyond this byte of its area."""
 
 _DEEPEST = 64
 _SPOKEN = re.compile(r"(?:ARRAY\s*\[|POINTER\s+TO|REFERENCE\s+TO|W?STRING\b)", re.IGNORECASE)

@@ -81,14 +81,14 @@ class Cursor:
         return f"{word}=" if touching and word in _SETTERS else None
 
     def take(self, kind: str) -> bool:
-        """Go past the next token if it is of that kind."""
+        """Skip the next token if it is of that kind."""
         if self.kinds[self.position] == kind:
             self.position += 1
             return True
         return False
 
     def expect(self, kind: str, expected: str = "") -> int:
-        """Go past a token of that kind and return its offset. Raises `Unexpected`."""
+        """Skip a token of that kind and return its offset. Raises `Unexpected`."""
         position = self.position
         if self.kinds[position] != kind:
             raise self.unexpected(expected or f"'{kind}'")
@@ -96,7 +96,7 @@ class Cursor:
         return self.starts[position]
 
     def name(self, expected: str = "a name") -> Name:
-        """Go past a name. Raises `Unexpected`."""
+        """Skip a name. Raises `Unexpected`."""
         position = self.position
         if self.kinds[position] != NAME:
             raise self.unexpected(expected)
@@ -104,7 +104,7 @@ class Cursor:
         return Name(self.words[position], self.starts[position])
 
     def path(self, expected: str = "a name") -> Name:
-        """Go past names with dots between. Raises `Unexpected`."""
+        """Skip names with dots between. Raises `Unexpected`."""
         first = self.name(expected)
         if self.kinds[self.position] != ".":
             return first
@@ -159,7 +159,7 @@ class Cursor:
     # where to go on ------------------------------------------------------------------------
 
     def expect_end(self, kind: str, expected: str = "") -> None:
-        """Go past a token that ends something; report it missing where a line break is in
+        """Skip a token that ends something; report it missing where a line break is in
         for it, so that what follows is read as usual. Raises `Unexpected` otherwise."""
         if self.take(kind):
             return

@@ -9,7 +9,7 @@ N = TypeVar("N")
 
 @dataclass_transform(frozen_default=True)
 def node(cls: type[N]) -> type[N]:
-    """Makes a class of nodes, which nobody changes once they are made.
+    """Makes a class of nodes, which do not change once they are made.
 
     Type checkers see to that. `frozen=True` would do so at run time, and make the nodes of a
     large project take four times as long.

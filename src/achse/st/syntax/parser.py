@@ -313,7 +313,7 @@ class Parser:
 
     def _pass_over(self, end: str, known: int) -> None:
         """Go past what cannot be in a body. Variables are there if the head before them is at
-        fault, which makes more faults than the `known` ones and is told."""
+        fault, which adds a fault to the `known` ones."""
         cursor = self._cursor
         if self._kinds[cursor.position] not in SECTIONS:
             cursor.report(cursor.unexpected(end))

@@ -152,7 +152,7 @@ class StatementParser:
         return body
 
     def _close(self, word: str) -> None:
-        """Go past END_IF and the like; one that is missing is reported, and reading goes on."""
+        """Skip END_IF and the like; one that is missing is reported, and reading goes on."""
         cursor = self._cursor
         if cursor.take(word):
             cursor.take(";")

@@ -150,7 +150,7 @@ class DirectAddress:
 @node
 class TypeOperand:
     """A type where a value could stand: `__NEW(POINTER TO INT)`, `SIZEOF(STRING(80))`. Of a type
-    with a plain name only its place tells that it is one."""
+    with a plain name only its place shows that it is one."""
 
     type: "TypeSpec"
     at: int = place()

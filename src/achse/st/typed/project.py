@@ -56,7 +56,7 @@ class Routine:
     in/outs (of a ReferenceType, an address in the frame) and outputs; an in/out ARRAY [*] is
     followed by its hidden bounds, DINT lower and upper of each dimension."""
     result: Variable[Any, Any] | None
-    """In the frame; it bears the routine's name."""
+    """In the frame; it has the routine's name."""
     frame: StructType[Any]
     """Everything in the frame, in this order: result, parameters, locals, temporaries. Routines
     that override each other begin alike."""
@@ -79,7 +79,7 @@ class Routine:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TypedRecord:
-    """A structure whose values come to life: start values that are not constants, blocks inside.
+    """A structure with values created by code: start values that are not constants, blocks inside.
     Keys of routines are empty where there is nothing to do."""
 
     type: StructType[Any]
@@ -116,7 +116,7 @@ class TypedUnit(TypedRecord):
     declared: type[StaticRecord] | None = None
     """Its class, for the PLC to place: those of libraries are declared only when they are used."""
     slot: int = 50_000
-    """Attribute `global_init_slot`: units come to life in this order, then as declared."""
+    """Attribute `global_init_slot`: units are created in this order, then as declared."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -162,7 +162,7 @@ class TypedProject:
     blocks: Mapping[str, TypedBlock]
     records: Mapping[str, TypedRecord]
     units: Mapping[str, TypedUnit]
-    """In the order they come to life."""
+    """In the order they are created."""
     interfaces: Mapping[str, TypedInterface]
     statics: Sequence[StaticBase] = ()
     """VAR_STAT of functions, methods and blocks; those of blocks are among their type's members,

@@ -98,7 +98,7 @@ def _wrapped(value: int, target: IecType[Any]) -> int:
 
 
 def _of_time(count: int, source: str, target: TimeType[Any]) -> int:
-    """A time in another type; what that cannot tell is left out."""
+    """A time in another type, cut to its resolution."""
     nanoseconds = count * UNITS_NS.get(source, 1)
     if target.name in _DATES:
         nanoseconds -= nanoseconds % _DAY_NS
@@ -133,7 +133,7 @@ def _encoded(constant: Constant, at: int) -> bytes:
 
 
 def _read(text: str, target: IecType[Any], at: int) -> Constant:
-    """The value that a text tells; 0 if it begins with none."""
+    """The value at the beginning of a text; 0 without one."""
     text = text.strip()
     if isinstance(target, BoolType):
         return Constant(text.upper() == "TRUE", target)

@@ -56,7 +56,7 @@ class NonConstantPart(NamedTuple):
 class InitialValues:
     """Works out one initial value. `left` are the parts that are not constants.
 
-    `has_property` tells whether a function block has a property of that name.
+    `has_property` returns True if a function block has a property of that name.
     """
 
     def __init__(self, evaluator: Evaluator, has_property: Callable[[str, str], bool]) -> None:

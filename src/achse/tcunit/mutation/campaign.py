@@ -290,7 +290,7 @@ def _order(routine: Routine) -> tuple[str, int]:
 
 
 def _trial(result: WorkResult) -> Trial:
-    """A run that crashed is one that somebody notices."""
+    """A run that crashed counts as detected."""
     if result.value is None:
         return Trial(result.problem, result.is_out_of_time)
     trial: Trial = result.value

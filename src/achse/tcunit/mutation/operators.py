@@ -322,7 +322,7 @@ class _Walk:
                 yield changed(value, **{name: variant}), site
 
     def _is_written(self, at: int, sign: str) -> bool:
-        """Return True if an operator is at an offset, or if nobody can say so."""
+        """Return True if an operator is at an offset, or if that is unknown."""
         return not self._edits.is_text(at) or self._edits.word(at) == sign
 
     def _computed(self, value: Computed) -> _Variants:

@@ -149,7 +149,7 @@ def test_vendor_actions_of_steps_run() -> None:
         ((step(1, "A"),), "expected one initial step, got 0"),
         (
             (step(1, "A", initial=True), transition(2, 1, inline("TRUE"))),
-            "the transition leads nowhere",
+            "the transition has no target step",
         ),
         (
             (step(1, "A", initial=True), actions(2, 1, action("x", "Q"))),

@@ -24,7 +24,7 @@ _NAMESPACE = b"plcopen.org/xml/tc6"
 PLCOPEN_HEAD = 4096
 """Bytes at the beginning of a file that show what it is."""
 _CYCLE_NS = 10_000_000
-"""Cycle of a task whose interval is not told."""
+"""Cycle of a task without an interval."""
 _SECONDS = re.compile(
     r"P?T?(?:(\d{1,9})H)?(?:(\d{1,9})M)?(?:(\d{1,18}(?:\.\d{1,18})?)S)?", re.IGNORECASE
 )

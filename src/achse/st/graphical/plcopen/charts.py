@@ -171,7 +171,9 @@ class _Chart:
                     firing.activated.append(target)
         for element in transitions:
             if not all(firing.activated for firing in firings[id(element)]):
-                raise self._of.fault(element, "the transition leads nowhere", Code.BAD_CHART_FLOW)
+                raise self._of.fault(
+                    element, "the transition has no target step", Code.BAD_CHART_FLOW
+                )
         return flow
 
     def _rank(self, element: Element) -> tuple[int, int, int]:

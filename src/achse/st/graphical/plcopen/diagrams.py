@@ -58,7 +58,7 @@ class _Diagram:
         self._sources: list[tuple[int, int]] = []
         self._outputs: dict[int, dict[str, int]] = {}
         self._source_pins: dict[int, list[int]] = {}
-        """Pins that lead to a coil or connector, which many may ask for."""
+        """Source pins of coils and connectors, kept for further requests."""
         """Output pins of elements, by number and by name."""
         self._next = 0
         self._depth = 0
