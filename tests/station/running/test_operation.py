@@ -76,3 +76,13 @@ def test_a_running_station_is_finished_when_it_is_shut_down(speed: float) -> Non
             await running.finished()
 
     asyncio.run(main())
+
+
+async def test_stamps_are_of_the_wall_clock_before_the_first_cycle() -> None:
+    """So they are for a client that connects while the network opens."""
+    station = Station.demo()
+    clock = station.clock
+    clock.time_of_day = lambda: clock() if station.listeners else clock.epoch_ns + 17_000_000_000
+    begin_ns = clock.epoch_ns
+    async with station.running("127.0.0.1", 0, speed=1.0):
+        assert clock.epoch_ns == begin_ns + 17_000_000_000
