@@ -1,12 +1,15 @@
 """Python modules generated from the symbols of a station: they import, read, write and call."""
 
 import asyncio
+import re
 import sys
 from pathlib import Path
 from types import ModuleType
 from typing import Any
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 import achse
 from achse.ams import DeviceError
@@ -14,7 +17,10 @@ from achse.client import MethodResult
 from achse.client.stubs import programs_of, stubs
 from achse.codes import ReturnCode
 from achse.iec import INT, LREAL, IecType, IecValueError, Method, Parameter
+from achse.iec.entries import name_in_table
 from achse.station import Station
+from achse.station.configuration.station_file import parse
+from tests.plc.code.hostile_names import NAMES
 
 SOURCES = """
 TYPE E_Mode : (OFF := 0, ON := 3) UINT; END_TYPE
@@ -246,5 +252,55 @@ def test_methods_of_blocks_in_blocks_and_arrays(
             assert await main.aGrid[1, 2].read_() == 9
             assert (await main.aGrid[1, 2].read()).nSpeed == 9
             assert (await main.fbLine.aDrives.read())[1].nSpeed == 7
+
+    asyncio.run(main())
+
+
+NAMED = """
+TYPE <Mode> : (<idle> := 3, <busy> := 5) DINT; END_TYPE
+TYPE <Part> : STRUCT <number> : LINT; <text> : STRING(20); <mode> : <Mode>; <list> : ARRAY [0..1]
+OF LREAL; END_STRUCT END_TYPE
+FUNCTION_BLOCK <Block> VAR <total> : LINT; <part> : <Part>; END_VAR
+{attribute 'TcRpcEnable'}
+METHOD <Add> : LINT VAR_INPUT <by> : LINT; <with> : <Part>; END_VAR <total> := <total> + <by>;
+<Add> := <total>; END_METHOD
+END_FUNCTION_BLOCK
+PROGRAM <Main> VAR <block> : <Block>; <record> : <Part> := (<number> := 9, <mode> := <Mode>.<busy>);
+<word> : STRING := 'a'; <real> : LREAL := 0.5; END_VAR
+END_PROGRAM
+PROGRAM <Other> VAR <record> : INT := 4; END_VAR END_PROGRAM
+"""
+ROLES = sorted(set(re.findall(r"<(\w+)>", NAMED)))
+
+
+@settings(max_examples=10)
+@given(st.lists(NAMES, min_size=len(ROLES), max_size=len(ROLES), unique_by=str.lower))
+def test_symbols_of_any_names_are_a_module(
+    tmp_path_factory: pytest.TempPathFactory, drawn: list[str]
+) -> None:
+    names = dict(zip(ROLES, drawn, strict=True))
+    path = tmp_path_factory.mktemp("named") / "plc.st"
+    text = re.sub(r"<(\w+)>", lambda match: names[match[1]], NAMED)
+    path.write_text(text, encoding="utf-8")
+    configuration = {"plc": [{"sources": "plc.st", "code": "plain"}]}
+    station = Station(parse(configuration, ""), base=path.parent)
+
+    async def main() -> None:
+        async with achse.connect(station.router) as plc:
+            with pytest.MonkeyPatch.context() as patch:
+                symbols = (await _module(plc, patch)).Symbols(plc)
+                units = [vars(unit).values() for unit in vars(symbols).values()]
+                found = {
+                    each.name: each for unit in units for each in unit if hasattr(each, "read")
+                }
+                own = {each.name for each in await plc.symbols() if "TwinCAT" not in each.name}
+                assert found.keys() == own
+                for symbol in found.values():
+                    value = await symbol.read()
+                    await symbol.write(value)
+                    assert await symbol.read() == value
+                record = await found[name_in_table(f"{names['Main']}.{names['record']}")].read()
+                assert [*vars(record).values()] == [9, "", 5, [0.0, 0.0]]
+                assert await found[name_in_table(f"{names['Other']}.{names['record']}")].read() == 4
 
     asyncio.run(main())

@@ -48,6 +48,7 @@ WITHOUT_MODULE: dict[str, str] = {
     "tests/motion/test_profile_oracle.py": "planner and ruckig, case by case",
     "tests/motion/test_wrong_parameters.py": "NC and machine, which are set up alike or not",
     "tests/st/test_edition.py": "features of the standard, over all rooms",
+    "tests/plc/code/test_random_names.py": "any names in programs, in both forms of code",
     "tests/plc/coverage/test_drawn_programs.py": "lowering and both forms of code, at random",
     "tests/plc/machine/test_random_recursion.py": "recursion of any shape on stacks of any size",
     "tests/st/graphical/exports/test_random_exports.py": "readers of exports, at random",

@@ -1,8 +1,10 @@
 """Python modules generated from the symbols of a target: typed values, typed access by name."""
 
+import builtins
 import keyword
 import re
-from collections.abc import Iterable, Iterator, Mapping
+import unicodedata
+from collections.abc import Container, Iterable, Iterator, Mapping
 from typing import Any
 
 from achse.ams import DeviceError
@@ -105,6 +107,7 @@ class _Module:
             "Nanoseconds",
         }
         self.used_names |= {
+            *dir(builtins),
             "date",
             "datetime",
             "time",
@@ -140,9 +143,10 @@ class _Module:
             yield ""
             if isinstance(type, EnumType):
                 yield f"class {name}(IntEnum):"
-                members = {_identifier(text): number for text, number in type.numbers.items()}
-                yield from (f"    {text} = {number}" for text, number in members.items())
-                if not members:
+                taken: set[str] = set()
+                for text, number in type.numbers.items():
+                    yield f"    {_free(_member_name(text), taken)} = {number}"
+                if not taken:
                     yield "    pass"
             elif isinstance(type, StructType):
                 yield "@dataclass(kw_only=True)"
@@ -202,8 +206,9 @@ class _Module:
             listed.setdefault(program, {})
         attributes = {}
         for unit, items in listed.items():
-            own = _identifier(unit) if unit else "globals_"
-            attributes[own] = self._unique(f"_{own}")
+            own = _unlike(_identifier(unit) if unit else "globals_", attributes)
+            # Python changes a name with two underscores in front within a class
+            attributes[own] = self._unique(f"_{own.lstrip('_')}")
             yield from self._unit(attributes[own], unit, items)
         yield ""
         yield "class Symbols:"
@@ -299,9 +304,15 @@ class _Module:
 
 def _free(name: str, taken: set[str]) -> str:
     """The name, or what it becomes where it is taken; taken from then on."""
+    name = _unlike(name, taken)
+    taken.add(name)
+    return name
+
+
+def _unlike(name: str, taken: Container[str]) -> str:
+    """The name, or what it becomes where it is taken."""
     while name in taken:
         name += "_"
-    taken.add(name)
     return name
 
 
@@ -334,12 +345,19 @@ def _inner_first(types: Iterable[IecType[Any]]) -> list[EnumType[Any] | StructTy
 
 
 def _identifier(name: str) -> str:
-    """A name as Python can have it."""
-    own = re.sub(r"\W", "_", name)
-    if not own or own[0].isdigit() or own.startswith("__"):
+    """A name as Python can have it, in the form to which Python changes it."""
+    own = unicodedata.normalize("NFKC", name)
+    own = "".join(sign if f"n{sign}".isidentifier() else "_" for sign in own)
+    if not own.isidentifier() or own.startswith("__"):
         own = "n" + own
     return f"{own}_" if keyword.iskeyword(own) or own in ("self", "target", "mro") else own
 
 
+def _member_name(name: str) -> str:
+    """A name as a member of an enumeration of Python can have it: `_x_` is reserved."""
+    own = _identifier(name)
+    return f"n{own}" if own[0] == own[-1] == "_" else own
+
+
 def _quoted(text: str) -> str:
-    return re.sub(r'[\\"\x00-\x1f]', "_", text)
+    return re.sub(r'["\x00-\x1f]', "_", text).replace("\\", r"\\")

@@ -25,7 +25,7 @@ from achse.iec.derived import (
     SubrangeType,
     resolved,
 )
-from achse.iec.entries import fitting, fitting_attributes
+from achse.iec.entries import fitting, fitting_attributes, name_in_table
 from achse.iec.enums import EnumType
 from achse.iec.methods import Method, Parameter
 from achse.iec.structs import RecordKind, StructType
@@ -94,7 +94,9 @@ def describe_type(type: IecType[Any]) -> DataTypeEntry:
     elif isinstance(type, EnumType):
         type_name = type.base.name
         flags |= TypeFlag.ENUM_VALUES
-        values = tuple((name, type.base.encode(n)) for name, n in type.numbers.items())
+        values = tuple(
+            (name_in_table(name, 0xFF), type.base.encode(n)) for name, n in type.numbers.items()
+        )
         if type.comments:
             flags |= TypeFlag.ENUM_NOTES
             notes = tuple(
@@ -114,8 +116,8 @@ def describe_type(type: IecType[Any]) -> DataTypeEntry:
             flags |= TypeFlag.METHODS
             methods = tuple(_method(item, index) for index, item in enumerate(type.methods))
     return DataTypeEntry(
-        type.name,
-        type_name,
+        name_in_table(type.name),
+        name_in_table(type_name),
         type.size,
         int(type.adst),
         int(flags),
@@ -160,8 +162,8 @@ def _member(member: Variable[Any, Any]) -> DataTypeEntry:
     # ads-client looks no type up for a member without size: this one says that it is an array.
     dimensions = _dimensions(real) if isinstance(real, ArrayType) and not type.size else ()
     return DataTypeEntry(
-        member.name,
-        type.name,
+        name_in_table(member.name),
+        name_in_table(type.name),
         type.size,
         int(adst),
         int(flags),
@@ -179,8 +181,8 @@ def _method(method: Method, index: int) -> MethodEntry:
     if method.attributes:
         flags |= MethodFlag.ATTRIBUTES
     return MethodEntry(
-        method.name,
-        "" if returns is None else returns.name,
+        name_in_table(method.name),
+        "" if returns is None else name_in_table(returns.name),
         0 if returns is None else returns.size,
         0 if returns is None else returns.alignment,
         int(Adst.VOID if returns is None else returns.adst),
@@ -201,8 +203,8 @@ def _parameter(parameter: Parameter) -> ParameterEntry:
         flags |= ParameterFlag.ATTRIBUTES
     type = parameter.type
     return ParameterEntry(
-        parameter.name,
-        type.name,
+        name_in_table(parameter.name),
+        name_in_table(type.name),
         type.size,
         type.alignment,
         int(type.adst),

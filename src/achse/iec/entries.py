@@ -8,7 +8,7 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from achse.iec.errors import IecDecodeError, IecValueError
-from achse.iec.text import Coding, decode_text, encode_text
+from achse.iec.text import Coding, decode_text, encode_name, encode_text
 
 BOUNDS = struct.Struct("<iI")
 """Lower bound and element count of one dimension."""
@@ -145,6 +145,11 @@ def fitting(text: str, longest: int = 0xFFFF) -> str:
     if text.isascii() and len(text) <= longest:
         return text
     return text.encode("cp1252", "replace")[:longest].decode("cp1252", "replace")
+
+
+def name_in_table(name: str, longest: int = 0xFFFF) -> str:
+    """Return the form of a name of a PLC program that a table in cp1252 can store."""
+    return name if name.isascii() else encode_name(name)[:longest].decode("cp1252")
 
 
 def fitting_attributes(attributes: Mapping[str, str]) -> tuple[tuple[str, str], ...]:

@@ -17,11 +17,12 @@ from achse.iec.entries import (
     attribute_bytes,
     fitting,
     fitting_attributes,
+    name_in_table,
     padded_entry,
     text_bytes,
 )
 from achse.iec.errors import IecDecodeError
-from achse.iec.text import Coding
+from achse.iec.text import Coding, encode_name
 from achse.iec.types import IecType, no_attributes
 
 _HEAD = struct.Struct("<IIIIHHHHH")
@@ -94,8 +95,8 @@ class SymbolEntry:
         if type.is_bit:
             flags |= SymbolFlag.BIT_VALUE
         return cls(
-            name,
-            type.name,
+            name_in_table(name),
+            name_in_table(type.name),
             index_group,
             index_offset,
             type.size,
@@ -200,10 +201,10 @@ class SymbolEncoder:
         known = self._types.get(id(type))
         if known is None:
             own = SymbolEntry.of("", type, 0, 0, context=0).flags
-            raw = type.name.encode("cp1252", "replace")
+            raw = encode_name(type.name)
             known = self._types[id(type)] = (type, raw, own, type.guid)
         _, type_name, own, guid = known
-        raw_name = name.encode("cp1252", "replace")
+        raw_name = encode_name(name)
         raw_comment = comment.encode("cp1252", "replace")[:0xFFFF] if comment else b""
         tail = b""
         if attributes:

@@ -4,6 +4,7 @@ Source: recorded traffic of TwinCAT 3.1 targets.
 """
 
 import codecs
+import re
 from typing import Literal, TypeAlias
 
 Coding: TypeAlias = Literal["cp1252", "utf-8"]
@@ -30,6 +31,24 @@ def encode_text(text: str, coding: Coding = "cp1252") -> bytes:
     if coding == "utf-8":
         return text.encode("utf-8")
     return codecs.charmap_encode(text, "strict", _CP1252_ENCODING)[0]
+
+
+_ESCAPED = re.compile(r"\\(?:x[0-9a-f]{2}|u[0-9a-f]{4}|U00(?:0[0-9a-f]|10)[0-9a-f]{4})")
+
+
+def encode_name(name: str) -> bytes:
+    """Return a name of a PLC program in cp1252: a sign without a code is `\\u540d`.
+
+    Names of that kind have to differ in tables and to be found again.
+    """
+    return name.encode("ascii" if name.isascii() else "cp1252", "backslashreplace")
+
+
+def plain_name(name: str) -> str:
+    """Return a name of a table with the signs that `encode_name` has written in another way."""
+    if "\\" not in name:
+        return name
+    return _ESCAPED.sub(lambda match: chr(int(match[0][2:], 16)), name)
 
 
 def decode_wide(data: bytes) -> str:

@@ -113,7 +113,7 @@ class Bench:
 
 
 @lru_cache(64)
-def _checked(text: str, check_bounds: bool = True) -> tuple[Declarations, TypedProject]:
+def checked(text: str, check_bounds: bool = True) -> tuple[Declarations, TypedProject]:
     """What the front end makes of a source: a PLC and its twin, and the next one, share it."""
     source = Source(text, "test.st")
     parsed = parse(source, name="GVL")
@@ -140,7 +140,7 @@ class Ran:
         check_bounds: bool = True,
         **options: Any,
     ) -> None:
-        project, self.typed = _checked(text, check_bounds)
+        project, self.typed = checked(text, check_bounds)
         assert not self.typed.faults, "\n".join(map(str, self.typed.faults))
         programs = list(project.programs.values())
         self.task = Task("PlcTask", 10_000_000, [programs[0]])

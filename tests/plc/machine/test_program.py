@@ -10,7 +10,7 @@ import pytest
 from achse.plc.bodies import Bodies
 from achse.plc.code.execution import CodeForm
 from achse.plc.machine import program
-from tests.plc.code.conftest import _checked
+from tests.plc.code.conftest import checked
 
 Run = Callable[..., Any]
 
@@ -138,7 +138,7 @@ def test_programs_that_an_online_change_replaces_are_unloaded_at_once(
             unloaded += [weakref.ref(machine), weakref.ref(machine._code._loaded)]
             del machine
             more = f"VAR_GLOBAL g{number} : LINT; END_VAR\n" if moves else ""
-            project, typed = _checked(
+            project, typed = checked(
                 more + MIXED.replace("PROGRAM MAIN", f"// {number}\nPROGRAM MAIN")
             )
             programs = {ran.task.name: list(project.programs.values())[:1]}

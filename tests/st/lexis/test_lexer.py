@@ -20,6 +20,7 @@ def words(text: str) -> list[tuple[str, str]]:
     ("text", "expected"),
     [
         ("a:=b", [("name", "a"), (":=", ":="), ("name", "b")]),
+        ("n" * 255, [("name", "n" * 255)]),
         ("If x tHEN", [("IF", "If"), ("name", "x"), ("THEN", "tHEN")]),
         ("1..10", [("integer", "1"), ("..", ".."), ("integer", "10")]),
         ("1.5..2", [("real", "1.5"), ("..", ".."), ("integer", "2")]),
@@ -120,6 +121,7 @@ def test_a_pragma_ends_at_the_next_brace() -> None:
         ("%X", 0, "expected an address"),
         ("5x", 0, "a number takes digits"),
         ("9" * 101, 0, "a number takes at most 100 digits"),
+        ("名" * 256, 0, "expected a name of up to 255 characters, got 256"),
     ],
 )
 def test_what_is_no_word(text: str, at: int, message: str) -> None:

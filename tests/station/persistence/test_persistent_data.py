@@ -342,7 +342,7 @@ def names(folder: Path) -> list[str]:
 async def file_appears(folder: Path, name: str) -> None:
     """Wait for a thread that writes a file, 10 CPU seconds at most."""
     end = time.process_time() + 10.0
-    while name not in names(folder):  # noqa: ASYNC110
+    while name not in names(folder):
         assert time.process_time() < end, f"expected {name}, got {names(folder)}"
         await asyncio.sleep(0)
 

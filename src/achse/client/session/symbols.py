@@ -30,7 +30,7 @@ from achse.iec.datatypes import DataTypeEntry, decode_types
 from achse.iec.names import name_within
 from achse.iec.paths import follow, parse_path, split_symbol
 from achse.iec.symbols import SymbolEntry, UploadFlag, UploadInfo, decode_symbols, fold
-from achse.iec.text import Coding, decode_text, encode_text
+from achse.iec.text import Coding, decode_text, encode_name, encode_text
 from achse.iec.typetable import TypeTable
 
 _ENTRY_LENGTH = 0xFFFF
@@ -338,6 +338,8 @@ class SymbolBook:
         )
 
     def _wire_name(self, name: str) -> bytes:
+        if self._coding == "cp1252":
+            return encode_name(name) + b"\0"
         try:
             return encode_text(name, self._coding) + b"\0"
         except UnicodeEncodeError:

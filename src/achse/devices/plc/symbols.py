@@ -26,6 +26,7 @@ from achse.iec.paths import (
 )
 from achse.iec.structs import StructType
 from achse.iec.symbols import SymbolEncoder, SymbolEntry, SymbolFlag, UploadFlag, fold
+from achse.iec.text import plain_name
 from achse.native.memory import MemoryCell
 from achse.plc import Area, Memory, PlacedUnit, PlacedVariable, PlcRuntime, Region
 from achse.plc.system_info import SYSTEM_LIST
@@ -249,6 +250,7 @@ class PlcSymbols:
         A reference is what it refers to. A program with methods or properties is found as well, and
         these in it: `MAIN#Start`. Raises `DeviceError` 0x721 for an index out of bounds.
         """
+        name = plain_name(name)
         for roots in (self._roots, self._units):
             try:
                 key, rest = split_symbol(name, roots)
@@ -343,7 +345,7 @@ class PlcSymbols:
         return self._type_table
 
     def type_entry(self, name: str) -> bytes | None:
-        type = self._types.get(fold(name.strip()))
+        type = self._types.get(fold(plain_name(name).strip()))
         return None if type is None else self._described(type).encode()
 
     @cached_property

@@ -1,11 +1,11 @@
 """The linker: what emitted code refers to by name, and where it is."""
 
 import hashlib
-import re
 from collections.abc import Mapping
 from typing import Any, Protocol
 
 from achse.iec.types import IecType
+from achse.plc.code.source import identifier
 from achse.plc.lowering.project import LoweredProject
 from achse.st.typed.project import Routine
 
@@ -39,7 +39,7 @@ class Linker:
 
     def name_of(self, key: str) -> str:
         """The Python name of a routine."""
-        return f"routine_{_identifier(key)}"
+        return f"routine_{identifier(key)}"
 
     def constant(self, value: Any) -> str:
         """The name of something that is not a literal of Python."""
@@ -71,12 +71,3 @@ def _constant_name(value: Any) -> str:
     content = value.name.lower() if isinstance(value, IecType) else repr(value)
     named = f"{type(value).__name__} {content}".encode("utf-8", "surrogatepass")
     return f"K_{hashlib.blake2b(named, digest_size=8).hexdigest()}"
-
-
-def _identifier(text: str) -> str:
-    """Return an identifier of Python that no other text has."""
-    return _SPECIAL.sub(lambda match: _ESCAPES.get(match[0]) or f"U{ord(match[0]):x}U", text)
-
-
-_SPECIAL = re.compile("[^a-z0-9_]")
-_ESCAPES = {".": "DOT"}

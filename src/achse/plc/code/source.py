@@ -1,5 +1,6 @@
 """Python source in the making: pieces of expressions with their precedence, lines with places."""
 
+import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import NamedTuple
@@ -69,6 +70,20 @@ def exact(piece: CodeExpression, type: IntegerType) -> CodeExpression:
     half = type.high + 1
     text = f"({piece.at(Precedence.ADD)} + {half} & {mask}) - {half}"
     return CodeExpression(text, Precedence.ADD, type.low, type.high)
+
+
+def identifier(name: str) -> str:
+    """Return an identifier of Python that no other name has: Python reads `µ` and `μ` as one."""
+    return _SPECIAL.sub(lambda match: _ESCAPES.get(match[0]) or f"U{ord(match[0]):x}U", name)
+
+
+_SPECIAL = re.compile("[^a-z0-9_]")
+_ESCAPES = {".": "DOT"}
+
+
+def variable_name(name: str) -> str:
+    """Return the variable of Python for a variable of the frame."""
+    return f"v_{identifier(name.lower())}"
 
 
 class SourceLine(NamedTuple):

@@ -9,7 +9,7 @@ from achse.iec.strings import StringType
 from achse.iec.structs import StructType
 from achse.iec.types import IecType
 from achse.iec.variables import Variable
-from achse.plc.code.source import ATOM, CodeExpression, Precedence, exact
+from achse.plc.code.source import ATOM, CodeExpression, Precedence, exact, variable_name
 from achse.plc.code.views import AREA_LETTERS
 from achse.plc.lowering.nodes import Home, ResolvedPlace
 from achse.plc.lowering.places import BYTES_A_PASS
@@ -25,7 +25,7 @@ _SIZES = {"b": 1, "h": 2, "i": 4, "q": 8, "f": 4, "d": 8}
 
 def local_name(variable: Variable[Any, Any]) -> str:
     """The Python variable that a variable of the frame is."""
-    return f"v_{variable.name.lower()}"
+    return variable_name(variable.name)
 
 
 def format_of(type: IecType[Any]) -> str:

@@ -10,6 +10,7 @@ from typing import Any
 from achse.iec.elementary import RealType
 from achse.native.backend import MachineCode, address_of
 from achse.plc.code.faults import CATCHABLE, ExceptionCode, PlcFault, code_of
+from achse.plc.code.source import variable_name
 from achse.plc.code.storages import encoded_from
 from achse.plc.machine.module import ModuleNotes
 from achse.plc.machine.outside import decoded, encoded, maker_of, nodes_outside, reader_of
@@ -206,7 +207,7 @@ class MachineProgram:
         return self.notes.sites.failure(*self._code.caught(), self._routines, self._host.budget)
 
     def _with_block(self, entry: int, signature: RoutineSignature) -> Callable[..., Any]:
-        names = [f"v_{part.name.lower()}" for part in signature.inputs]
+        names = [variable_name(part.name) for part in signature.inputs]
         words = len(signature.parameters)
         call, fault, frames = self._call_with, self._fault, self.frames
 

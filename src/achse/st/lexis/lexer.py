@@ -35,6 +35,9 @@ PRAGMA = _PRAGMA = "pragma"
 _OPEN = "open"
 _FAULTY = "faulty"
 
+_LONGEST_NAME = 255
+"""Most characters of a name: tables have one byte for the length of an enumeration value's."""
+
 _LONGEST_KEPT = 40
 """Most characters of a word whose kind is kept: longer words are texts and comments."""
 _MOST_KEPT = 50_000
@@ -128,6 +131,10 @@ class _Kinds(dict[str, str]):
         if first.isalpha() or first == "_":
             if "#" in word:
                 return self._literal(TYPED, word)
+            if len(word) > _LONGEST_NAME:
+                reason = f"expected a name of up to {_LONGEST_NAME} characters, got {len(word)}"
+                self.faults[word] = reason, NAME, Code.UNREADABLE_CHARACTER
+                return _FAULTY
             return _KNOWN.get(word.upper(), NAME)
         if first.isspace():
             return _BLANK
