@@ -135,7 +135,7 @@ def test_faults_are_scripted_in_the_configuration(tmp_path: Path, client_of: Any
     ("text", "told"),
     [
         ('kind = "melt"', r"fault\[1\]: kind: expected one of drop"),
-        ('kind = "drop"\nat = "soon"', r"fault\[1\]\.at: a duration"),
+        ('kind = "drop"\nat = "soon"', r"fault\[1\]\.at: expected a duration"),
         ('kind = "error"\ncode = 1\nsymbol = "X.y"', r"fault\[1\]\.symbol: no device"),
     ],
 )

@@ -127,7 +127,7 @@ def test_processes(folder: Path) -> None:
         ('"saw"', '"press-4"', ":13: name: each once, stations 2 and 4 have press-4"),
         ('"saw"', '"saw"\nnet_id = "5.6.8.1.1.1"', ":14: net_id: each once"),
         ("speed = 0.5", "speed = 0", r":14: station\[1\].speed: .*, got 0"),
-        ('"4ms"', '"4 years"', ":11: station 2: nc.cycle: a duration"),
+        ('"4ms"', '"4 years"', ":11: station 2: nc.cycle: expected a duration"),
         ("5.6.7.254", "255.255.255.252", ":4: net_id: there are not 5 NetIds"),
         ("press.toml", "gone.toml", ":2: template: .*gone.toml: No such file"),
         ('name = "press"', 'name = "Press 1"', ":1: name: "),

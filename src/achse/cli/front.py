@@ -95,6 +95,16 @@ _MOVED = {
 }
 """Commands of earlier versions whose words are not those of ours, and what they are now."""
 
+_EXPECTED = {
+    "a valid integer": "a whole number",
+    "a valid number": "a number",
+    "a valid boolean": "true or false",
+    "less than or equal to": "at most",
+    "greater than or equal to": "at least",
+    "greater than": "more than",
+}
+"""Words of the parser about values, and ours."""
+
 _UsageError = cast(type[Exception], typer.BadParameter.__base__)
 _CommandError = cast(type[Exception], _UsageError.__base__)
 """Base of the exceptions from the command line's parser; Typer does not export it."""
@@ -140,7 +150,7 @@ class Front(TyperGroup):
 
 def _report(fault: Any) -> int:
     """Report an error of the command line; return the exit code."""
-    fault.message = (fault.message or "").removeprefix("Value error, ")  # how the parser checks
+    fault.message = _in_our_words(fault.message or "")
     unknown = fault.message.removeprefix("No such command '").partition("'")[0]
     moved = _moved(unknown, fault)
     if fault.message.startswith("Got unexpected extra argument"):
@@ -155,6 +165,17 @@ def _report(fault: Any) -> int:
 
         rich_format_error(fault)
     return int(fault.exit_code)
+
+
+def _in_our_words(message: str) -> str:
+    """Return what is expected of a value, without the words of the parser's own checks."""
+    message = message.removeprefix("Value error, ")
+    head, found, expected = message.partition("Input should be ")
+    if not found:
+        return message
+    expected = expected.partition(", unable to parse")[0]
+    theirs = next((words for words in _EXPECTED if expected.startswith(words)), "")
+    return f"{head}expected {_EXPECTED.get(theirs, theirs)}{expected[len(theirs) :]}"
 
 
 def _moved(word: str, fault: Any) -> str | None:

@@ -106,7 +106,7 @@ def test_a_station_that_cannot_start_says_why(tmp_path: Path, folder: Path) -> N
     wrong = tmp_path / "wrong.toml"
     wrong.write_text("[nc]\ncycle = 1\n")
     told = _cli("run", str(wrong), "--detach", exit_code=1).stderr
-    assert "wrong.toml: nc.cycle: a duration" in told
+    assert "wrong.toml: nc.cycle: expected a duration" in told
     assert not list(folder.iterdir())
 
 

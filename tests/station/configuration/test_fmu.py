@@ -32,7 +32,7 @@ def test_modes_are_those_of_a_servo(mode: str, number: ServoMode) -> None:
     [
         ({"name": "two words", "file": "x"}, r"fmu\[1\]\.name"),
         ({"name": "x", "file": "x", "steps": "1ms"}, r"fmu\[1\]\.steps: no such key"),
-        ({"name": "x", "file": "x", "step": 5}, r"fmu\[1\]\.step: a duration"),
+        ({"name": "x", "file": "x", "step": 5}, r"fmu\[1\]\.step: expected a duration"),
         (
             {"name": "x", "file": "x", "axis": [AXIS | {"scale": 0}]},
             "expected a number other than 0",

@@ -36,7 +36,10 @@ def test_limits_are_those_of_the_table() -> None:
     [
         ({"memroy": 5000}, "scope.memroy: no such key; did you mean 'memory'?"),
         ({"time": 2}, "scope.time: .*expected 1 or less"),
-        ({"view": [{"record_length": "2"}]}, r"scope.view\[1\].record_length: a duration such as"),
+        (
+            {"view": [{"record_length": "2"}]},
+            r"scope.view\[1\].record_length: expected a duration",
+        ),
         ({"view": [{"channels": ["a", "a"]}]}, r"scope.view\[1\]: channels: each name once"),
         ({"view": [{"channels": ["a"], "triggers": ["b rising"]}]}, r"triggers\[1\].channel"),
     ],

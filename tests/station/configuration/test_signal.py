@@ -24,7 +24,10 @@ def test_each_kind_is_listed() -> None:
         ({"symbol": "a", "kind": "sin"}, "got 'sin'; did you mean 'sine'?"),
         ({"symbol": "a", "kind": "sine"}, "signal[1].period: expected, but not there"),
         ({"symbol": "", "kind": "noise"}, "signal[1].symbol: "),
-        ({"symbol": "a", "kind": "sine", "period": 3}, "signal[1].period: a duration such as"),
+        (
+            {"symbol": "a", "kind": "sine", "period": 3},
+            "signal[1].period: expected a duration",
+        ),
         ({"symbol": "a", "kind": "sine", "period": "1s", "offset": "x"}, "signal[1].offset: "),
         ({"symbol": "a", "kind": "sine", "period": "1s", "amplitde": 1}, "'amplitude'"),
         ({"symbol": "a", "kind": "noise", "seed": -1}, "signal[1].seed: "),

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from achse.station.configuration.station_file import load
+from achse.station.configuration.station_file import load, parse
 from achse.station.configuration.types import ConfigError
 
 
@@ -46,3 +46,10 @@ def test_what_editors_make_of_a_file(tmp_path: Path) -> None:
     path.write_text("[router]\n", encoding="utf-16")
     with pytest.raises(ConfigError, match="not UTF-8, byte 1 is 0xFF; save it as UTF-8"):
         load(path)
+
+
+def test_an_error_says_once_what_came() -> None:
+    with pytest.raises(ConfigError) as refusal:
+        parse({"fault": [{"kind": "nope"}]}, "station.toml")
+    assert str(refusal.value).count("got ") == 1
+    assert str(refusal.value).endswith("got 'nope'")

@@ -117,7 +117,7 @@ async def test_only_users_change_routes() -> None:
     [
         ({"route": [PRESS | {"net_id": "5.9"}]}, "a.toml: route[1].net_id: a NetId is six"),
         ({"route": [PRESS | {"host": ""}]}, "a.toml: route[1]: the host of a route"),
-        ({"route": [PRESS | {"timeout": "2h"}]}, "a.toml: route[1].timeout: a duration"),
+        ({"route": [PRESS | {"timeout": "2h"}]}, "a.toml: route[1].timeout: expected a duration"),
         ({"route": [PRESS, PRESS]}, "route.name: each once, got press"),
         ({"router": {"udp_port": 70_000}}, "a.toml: router.udp_port: "),
         ({"router": {"users": {"a": "1"}}}, "a.toml: router.users.a: a password hash is"),

@@ -63,7 +63,8 @@ def _duration_ns(value: object) -> object:
                 except (ArithmeticError, ValueError):  # no number, or none that is finite
                     pass
                 break
-    raise ValueError('a duration such as "2ms", "250us" or "1s", whole nanoseconds, up to 3600s')
+    units = '"2ms", "250us" or "1s"'
+    raise ValueError(f"expected a duration such as {units}, whole nanoseconds, up to 3600s")
 
 
 def _net_id(value: object) -> object:

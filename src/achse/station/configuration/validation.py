@@ -113,7 +113,7 @@ def _message(
     key = ""
     for part in place:
         key += f"[{part + 1}]" if isinstance(part, int) else f"{'.' * bool(key)}{part}"
-    if given in expected or not key:
+    if given in expected or " got " in expected or not key:
         given = ""
     return f"{key + ': ' * bool(key)}{expected}{given}"
 
