@@ -15,6 +15,7 @@ from achse.plc.routines.json_documents import JSON_FUNCTIONS
 from achse.plc.routines.python_bodies import has_python_bodies, python_bodies
 from achse.plc.routines.routine_calls import Guard, RoutineCalls, unguarded
 from achse.plc.routines.xml_documents import XML_FUNCTIONS
+from achse.plc.routines.xml_symbols import XML_SYMBOL_FUNCTIONS
 from achse.st.typed.project import Routine, TypedProject
 
 
@@ -50,7 +51,13 @@ class Bodies:
         self.budget = budget
         self.exceptions = exceptions
         of_station = {} if services is None else services.functions
-        self.functions = {**functions, **JSON_FUNCTIONS, **XML_FUNCTIONS, **of_station}
+        self.functions = {
+            **functions,
+            **JSON_FUNCTIONS,
+            **XML_FUNCTIONS,
+            **XML_SYMBOL_FUNCTIONS,
+            **of_station,
+        }
         self.blocks = blocks if services is None else {**blocks, **services.blocks}
         self._services = services
         self.guard: Guard = unguarded
@@ -123,7 +130,7 @@ class Bodies:
         if after is not None:
             self.project = self.project.numbered_after(after.project)
         placed = list(variables)
-        self.context.place(memory, clock_ns, task_index)
+        self.context.place(memory, placed, clock_ns, task_index)
         if self._services is not None:
             self._services.forget()
         replaced = (after or self).execution

@@ -1,6 +1,6 @@
 """BuiltinMemory: what built-in routines and Python classes see of their PLC."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from typing import Any
 
@@ -8,6 +8,8 @@ from achse.iec.structs import Record, StructType
 from achse.plc.code.execution import Execution
 from achse.plc.code.faults import PlcFault
 from achse.plc.memory import Area, Memory
+from achse.plc.program import PlacedVariable
+from achse.plc.routines.symbol_places import SymbolPlace, SymbolPlaces
 
 
 class BuiltinMemory:
@@ -23,12 +25,18 @@ class BuiltinMemory:
         self._memory: Memory | None = None
         self._execution: Execution | None = None
         self._records: dict[int, Record] = {}
+        self._symbols: SymbolPlaces | None = None
 
     def place(
-        self, memory: Memory, clock_ns: Callable[[], int], task_index: Callable[[], int]
+        self,
+        memory: Memory,
+        variables: Sequence[PlacedVariable],
+        clock_ns: Callable[[], int],
+        task_index: Callable[[], int],
     ) -> None:
-        """Use this memory, time and task from now on."""
+        """Use this memory, these variables, this time and task from now on."""
         self._memory = memory
+        self._symbols = SymbolPlaces(memory, variables)
         self._clock_ns, self._task_index = clock_ns, task_index
 
     def link(self, execution: Execution) -> None:
@@ -85,6 +93,14 @@ class BuiltinMemory:
         if area is Area.HEAP:
             return area if self._linked().heap.covers(offset, size) else None
         return area if offset + size <= len(region) else None
+
+    def symbol_named(self, name: str) -> SymbolPlace | None:
+        """Return the variable, or part of one, of that name."""
+        return None if self._symbols is None else self._symbols.named(name)
+
+    def symbol_at(self, address: int, size: int) -> SymbolPlace | None:
+        """Return the variable, or part of one, with that address and size."""
+        return None if self._symbols is None else self._symbols.at(address, size)
 
     @property
     def task_number(self) -> int:

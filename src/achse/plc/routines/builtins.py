@@ -10,6 +10,7 @@ from decimal import ROUND_DOWN, ROUND_HALF_UP, Decimal, localcontext
 from typing import Any, Protocol
 
 from achse.plc.memory import Area
+from achse.plc.routines.symbol_places import SymbolPlace
 
 _UNIX_EPOCH = 116_444_736_000_000_000
 """1970 in steps of 100 ns since 1601."""
@@ -56,6 +57,14 @@ class BuiltinContext(Protocol):
 
     def area_of(self, address: int, size: int) -> Area | None:
         """The area that all of these bytes are in, as far as they are in use."""
+        ...
+
+    def symbol_named(self, name: str) -> SymbolPlace | None:
+        """Return the variable, or part of one, of that name."""
+        ...
+
+    def symbol_at(self, address: int, size: int) -> SymbolPlace | None:
+        """Return the variable, or part of one, with that address and size."""
         ...
 
     @property

@@ -25,7 +25,7 @@ _NAME = re.compile(r"[^\W\d][\w.:-]*")
 _DECLARATION = '<?xml version="1.0"?>\n'
 
 
-class _Item:
+class XmlItem:
     """An element with its attributes and children, or an attribute: then both are None."""
 
     __slots__ = ("attributes", "children", "ends", "is_cdata", "name", "number", "parent", "text")
@@ -35,21 +35,21 @@ class _Item:
         self.text = text
         self.is_cdata = False
         self.number = 0
-        self.parent: _Item | None = None
-        self.attributes: list[_Item] | None = None if is_attribute else []
-        self.children: list[_Item] | None = None if is_attribute else []
+        self.parent: XmlItem | None = None
+        self.attributes: list[XmlItem] | None = None if is_attribute else []
+        self.children: list[XmlItem] | None = None if is_attribute else []
         self.ends = (0, 0)
         """Numbers behind the last child and behind the last attribute."""
 
-    def beside(self) -> list["_Item"]:
+    def beside(self) -> list["XmlItem"]:
         """Return the list that it is in."""
         if self.parent is None:
             return []
         return (self.parent.attributes if self.children is None else self.parent.children) or []
 
-    def copy(self) -> "_Item":
+    def copy(self) -> "XmlItem":
         """Return an equal item, with all that is in it, in no document."""
-        made = _Item(self.name, self.text, is_attribute=self.children is None)
+        made = XmlItem(self.name, self.text, is_attribute=self.children is None)
         made.is_cdata = self.is_cdata
         if made.attributes is not None and made.children is not None:
             made.attributes += (item.copy() for item in self.attributes or ())
@@ -57,12 +57,12 @@ class _Item:
         return made
 
 
-class XmlDocuments(KeptDocuments[_Item]):
+class XmlDocuments(KeptDocuments[XmlItem]):
     """The documents of one PLC."""
 
     def __init__(self) -> None:
         super().__init__()
-        self._items: dict[int, _Item] = {}
+        self._items: dict[int, XmlItem] = {}
 
     # documents -------------------------------------------------------------------------------
 
@@ -78,7 +78,7 @@ class XmlDocuments(KeptDocuments[_Item]):
 
     # items -----------------------------------------------------------------------------------
 
-    def item(self, number: int) -> _Item | None:
+    def item(self, number: int) -> XmlItem | None:
         """Return an element or attribute by its number."""
         return self._items.get(number)
 
@@ -128,7 +128,7 @@ class XmlDocuments(KeptDocuments[_Item]):
             found = [child for one in found for child in one.children or () if child.name == name]
         return found[0].number if found else 0
 
-    def add(self, number: int, before: int, made: _Item) -> int:
+    def add(self, number: int, before: int, made: XmlItem) -> int:
         """Put an item into an element, in front of another or behind all; its number, else 0."""
         target = self._items.get(number)
         if target is None or target.children is None or len(self._items) >= _MOST_ITEMS:
@@ -174,11 +174,11 @@ class XmlDocuments(KeptDocuments[_Item]):
             return _DECLARATION + "".join(_lines(item.children or (), 0))
         return "".join(_lines([item], 0)) if item.children is not None else ""
 
-    def _empty(self) -> _Item:
-        return _Item("")
+    def _empty(self) -> XmlItem:
+        return XmlItem("")
 
-    def _keep(self, made: _Item, parent: _Item | None) -> _Item:
-        waiting: list[tuple[_Item, _Item | None]] = [(made, parent)]
+    def _keep(self, made: XmlItem, parent: XmlItem | None) -> XmlItem:
+        waiting: list[tuple[XmlItem, XmlItem | None]] = [(made, parent)]
         while waiting:
             item, above = waiting.pop()
             item.parent, item.number = above, self._next()
@@ -188,7 +188,7 @@ class XmlDocuments(KeptDocuments[_Item]):
                 waiting += ((inner, item) for inner in (*item.children, *(item.attributes or ())))
         return made
 
-    def _drop(self, dropped: _Item) -> None:
+    def _drop(self, dropped: XmlItem) -> None:
         waiting = [dropped]
         while waiting:
             item = waiting.pop()
@@ -200,7 +200,7 @@ def _named(items: Any, name: str) -> int:
     return next((item.number for item in items if not name or item.name == name), 0)
 
 
-def _depth(item: _Item) -> int:
+def _depth(item: XmlItem) -> int:
     depth = 0
     above = item.parent
     while above is not None:
@@ -212,7 +212,7 @@ class _Reader:
     """Elements as the parser meets them."""
 
     def __init__(self) -> None:
-        self.open = [_Item("")]
+        self.open = [XmlItem("")]
         self.count = 0
         self.parser = parser = expat.ParserCreate("utf-8")
         parser.StartElementHandler = self._start
@@ -226,9 +226,9 @@ class _Reader:
         self.count += 1 + len(attributes)
         if len(self.open) > _DEEPEST or self.count > _MOST_ITEMS:
             raise ValueError("too much in a document")
-        made = _Item(name)
+        made = XmlItem(name)
         made.attributes = [
-            _Item(key, value, is_attribute=True) for key, value in attributes.items()
+            XmlItem(key, value, is_attribute=True) for key, value in attributes.items()
         ]
         inside = self.open[-1].children
         assert inside is not None
@@ -250,7 +250,7 @@ class _Reader:
         raise ValueError("a document with a DOCTYPE")
 
 
-def _parsed(text: str) -> _Item | None:
+def _parsed(text: str) -> XmlItem | None:
     reader = _Reader()
     try:
         reader.parser.Parse(text.encode("utf-8"), True)
@@ -288,7 +288,8 @@ def _cdata(text: str) -> str:
 _of_plc: "WeakKeyDictionary[BuiltinContext, XmlDocuments]" = WeakKeyDictionary()
 
 
-def _documents(plc: BuiltinContext) -> XmlDocuments:
+def documents_of(plc: BuiltinContext) -> XmlDocuments:
+    """Return the documents of a PLC."""
     found = _of_plc.get(plc)
     if found is None:
         found = _of_plc[plc] = XmlDocuments()
@@ -297,29 +298,29 @@ def _documents(plc: BuiltinContext) -> XmlDocuments:
 
 def _on(method: Callable[..., Any]) -> FunctionBody:
     """A method of `XmlDocuments` as a routine of the PLC."""
-    return lambda plc, *arguments: method(_documents(plc), *arguments)
+    return lambda plc, *arguments: method(documents_of(plc), *arguments)
 
 
 def _add(plc: BuiltinContext, number: int, before: int, name: int, is_attribute: bool) -> int:
     text = text_at(plc, name)
     if not _NAME.fullmatch(text):
         return 0
-    return _documents(plc).add(number, before, _Item(text, is_attribute=is_attribute))
+    return documents_of(plc).add(number, before, XmlItem(text, is_attribute=is_attribute))
 
 
 def _copy_into(plc: BuiltinContext, number: int, before: int, source: int) -> int:
-    documents = _documents(plc)
+    documents = documents_of(plc)
     item = documents.item(source)
     return 0 if item is None else documents.add(number, before, item.copy())
 
 
 def _name(plc: BuiltinContext, number: int) -> bytes:
-    item = _documents(plc).item(number)
+    item = documents_of(plc).item(number)
     return b"" if item is None else item.name.encode("utf-8")[:255]
 
 
 def _text(plc: BuiltinContext, number: int) -> str:
-    return _documents(plc).text(number, as_xml=False).strip()
+    return documents_of(plc).text(number, as_xml=False).strip()
 
 
 def _real(plc: BuiltinContext, number: int) -> float:
@@ -356,40 +357,40 @@ XML_FUNCTIONS: Mapping[str, FunctionBody] = {
     "xml_start": _on(XmlDocuments.start),
     "xml_end": _on(XmlDocuments.end),
     "xml_root": _on(XmlDocuments.root),
-    "xml_read": lambda plc, document, text: _documents(plc).read(document, text_at(plc, text)),
-    "xml_feed": lambda plc, document, address, size, is_last: _documents(plc).feed(
+    "xml_read": lambda plc, document, text: documents_of(plc).read(document, text_at(plc, text)),
+    "xml_feed": lambda plc, document, address, size, is_last: documents_of(plc).feed(
         document, plc.load_bytes(address, size) if size else b"", is_last
     ),
     "xml_part": lambda plc, number, offset, address, size: copy_part(
-        plc, _documents(plc).text(number, as_xml=True), offset, address, size
+        plc, documents_of(plc).text(number, as_xml=True), offset, address, size
     ),
     "xml_kind": _on(XmlDocuments.kind),
-    "xml_first": lambda plc, number, attributes, name: _documents(plc).first(
+    "xml_first": lambda plc, number, attributes, name: documents_of(plc).first(
         number, attributes, text_at(plc, name)
     ),
     "xml_last": _on(XmlDocuments.last),
-    "xml_following": lambda plc, number, name: _documents(plc).following(
+    "xml_following": lambda plc, number, name: documents_of(plc).following(
         number, text_at(plc, name)
     ),
-    "xml_child": lambda plc, number, *texts: _documents(plc).child(
+    "xml_child": lambda plc, number, *texts: documents_of(plc).child(
         number, *(text_at(plc, text) for text in texts)
     ),
-    "xml_path": lambda plc, number, path: _documents(plc).path(number, text_at(plc, path)),
+    "xml_path": lambda plc, number, path: documents_of(plc).path(number, text_at(plc, path)),
     "xml_add": _add,
     "xml_copy_into": _copy_into,
     "xml_remove": _on(XmlDocuments.remove),
-    "xml_set": lambda plc, number, text, is_cdata: _documents(plc).set(
+    "xml_set": lambda plc, number, text, is_cdata: documents_of(plc).set(
         number, text_at(plc, text), is_cdata
     ),
     "xml_name": _name,
     "xml_text": lambda plc, number: (
-        _documents(plc).text(number, as_xml=False).encode("utf-8")[:255]
+        documents_of(plc).text(number, as_xml=False).encode("utf-8")[:255]
     ),
     "xml_copy": lambda plc, number, as_xml, address, size: copy_text(
-        plc, _documents(plc).text(number, as_xml=as_xml), address, size
+        plc, documents_of(plc).text(number, as_xml=as_xml), address, size
     ),
     "xml_length": lambda plc, number, as_xml: len(
-        _documents(plc).text(number, as_xml=as_xml).encode("utf-8")
+        documents_of(plc).text(number, as_xml=as_xml).encode("utf-8")
     ),
     "xml_real": _real,
     "xml_int": _whole(-(2**63), 2**63 - 1),

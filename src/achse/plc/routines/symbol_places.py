@@ -1,0 +1,86 @@
+"""Symbols of a PLC as built-in routines find them: by name, or by address and size."""
+
+from collections.abc import Mapping, Sequence
+from functools import cached_property
+from typing import Any, NamedTuple
+
+from achse.iec.arrays import ArrayType
+from achse.iec.derived import resolved
+from achse.iec.errors import IecIndexError, IecPathError
+from achse.iec.paths import follow, parse_path, split_symbol
+from achse.iec.structs import StructType
+from achse.iec.types import IecType
+from achse.plc.memory import Memory
+from achse.plc.program import PlacedVariable
+
+
+class SymbolPlace(NamedTuple):
+    """A symbol in memory: the value of a pointer to it, and its type."""
+
+    address: int
+    type: IecType[Any]
+
+
+class SymbolPlaces:
+    """The variables of one PLC and their parts."""
+
+    def __init__(self, memory: Memory, variables: Sequence[PlacedVariable]) -> None:
+        self._memory = memory
+        self._placed = variables
+
+    @cached_property
+    def _variables(self) -> Mapping[str, PlacedVariable]:
+        return {
+            placed.name.lower(): placed
+            for placed in self._placed
+            if placed.bit is None and not placed.variable.hidden
+        }
+
+    def named(self, name: str) -> SymbolPlace | None:
+        """Return a variable or a part of one by its name, without case; None if there is none."""
+        try:
+            root, rest = split_symbol(name.lower().removeprefix("."), self._variables)
+            placed = self._variables[root]
+            found = follow(placed.variable.type, parse_path(rest) if rest else ())
+        except (IecPathError, IecIndexError, KeyError):
+            return None
+        if found.hops or any(
+            part is not None for part in (found.bit, found.method, found.property)
+        ):
+            return None
+        return SymbolPlace(self._address(placed) + found.offset, found.type)
+
+    def at(self, address: int, size: int) -> SymbolPlace | None:
+        """Return the outermost variable or part of one with that address and size."""
+        for placed in self._variables.values():
+            offset = address - self._address(placed)
+            type = placed.variable.type
+            if offset >= 0 and offset + size <= type.size:
+                found = _part(type, offset, size)
+                if found is not None:
+                    return SymbolPlace(address, found)
+        return None
+
+    def _address(self, placed: PlacedVariable) -> int:
+        return self._memory.address(placed.area, placed.offset)
+
+
+def _part(type: IecType[Any], offset: int, size: int) -> IecType[Any] | None:
+    """Return the type of the part of a type with that offset and size."""
+    plain = resolved(type)
+    if offset == 0 and plain.size == size:
+        return type
+    if isinstance(plain, ArrayType):
+        step = plain.element.size
+        return _part(plain.element, offset % step, size) if offset % step + size <= step else None
+    if not isinstance(plain, StructType):
+        return None
+    if plain.base is not None and (found := _part(plain.base, offset, size)) is not None:
+        return found
+    for member in plain.fields:
+        inside = offset - member.offset
+        if member.bit is None and inside >= 0 and inside + size <= member.type.size:
+            found = _part(member.type, inside, size)
+            if found is not None:
+                return found
+    return None
