@@ -14,7 +14,9 @@ from achse.iec.variables import Variable
 from achse.plc.routines.xml_documents import XmlDocuments
 from achse.plc.routines.xml_symbols import SymbolElements
 
-SCALARS: st.SearchStrategy[IecType[Any]] = st.sampled_from([BOOL, DINT, LREAL, REAL, USINT, StringType(9)])
+SCALARS: st.SearchStrategy[IecType[Any]] = st.sampled_from(
+    [BOOL, DINT, LREAL, REAL, USINT, StringType(9)]
+)
 TYPES: st.SearchStrategy[IecType[Any]] = st.recursive(
     SCALARS,
     lambda inner: st.one_of(

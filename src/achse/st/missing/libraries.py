@@ -45,7 +45,9 @@ _NAMES: Mapping[str, str] = {
     "tc2_ncdrive": r"(?:FB|ST|E)_(?:SoE|CoE|BrakeControl|ParkAxis|AX\d|\w*Drive)\w*",
     "tc2_nci": r"Itp\w+|NCI_\w+",
     "tc2_sups": r"\w+_S_UPS\w*",
+    "tc2_xmldatasrv": r"FB_XmlSrv\w+|XMLSRV\w+",
     "tc2_tcpip": r"(?:FB|ST|E|T)_(?:H?Sock|ClientServer|ServerClient|Tls|Connectionless)\w*",
+    "tc3_database": r"(?:FB|E|ST|T)_(?:SQL|PLCDB|DB|NoSQL|ConfigTcDBSrv)\w*|AMSPORT_DBSRV",
     "tc3_eventlogger": r"(?:FB|ST|E|T|F)_\w*(?:Event|Tc)\w*|I_\w*(?:Event|Tc|Listener)\w*"
     r"|FB_Async\w+|I?Tc(?:Event|Alarm|Message|Source)\w*",
     "tc3_ipcdiag": r"(?:FB|F|ST|E)_\w*IPCDiag\w*",
