@@ -16,3 +16,12 @@ def test_recipe_commands_answer_that_no_manager_is_set() -> None:
     main = ran.plc.instance("MAIN")
     assert (main["loaded"], main["created"], main["last"]) == (0x4006, 0x4006, 0x4006)
     assert (main["count"], main["cleared"], main["refused"]) == (0, 0, True)
+
+
+def test_results_of_commands_stand_alone() -> None:
+    ran = Ran(
+        "PROGRAM MAIN VAR recipes : RecipeManCommands; last : DWORD; none, ok : BOOL; END_VAR"
+        " recipes.DeleteRecipe('A', 'B'); last := recipes.GetLastError();"
+        " none := last = ERR_NO_RECIPE_MANAGER_SET; ok := last = ERR_OK; END_PROGRAM"
+    ).cycle()
+    assert (ran["last"], ran["none"], ran["ok"]) == (0x4006, True, False)
