@@ -12,6 +12,7 @@ from achse.iec.strings import STRING, WSTRING
 from achse.iec.times import TIME
 from achse.iec.types import IecType
 from achse.plc.code.texts import TEXTS, recoded, text_read, text_written
+from tests.plc.code.conftest import Ran
 
 _S = STRING(80)
 
@@ -104,3 +105,15 @@ def test_no_text_breaks_a_conversion(text: bytes) -> None:
     for type in (INT, LREAL, BOOL, TIME):
         text_read(text, _S, type)
     recoded(text, _S, WSTRING(20))
+
+
+def test_text_behind_a_constant_in_out_is_not_cut() -> None:
+    text = "x" * 120
+    ran = Ran(
+        "FUNCTION Long : STRING(200) Long := 'y'; WHILE LEN(Long) < 150 DO"
+        " Long := CONCAT(Long, 'y'); END_WHILE END_FUNCTION"
+        " FUNCTION Length : UDINT VAR_IN_OUT CONSTANT s : STRING; END_VAR"
+        " Length := LEN2(ADR(s)); END_FUNCTION PROGRAM MAIN VAR n, m, k : UDINT; END_VAR"
+        f" n := Length('{text}'); m := Length(Long()); k := Length('z'); END_PROGRAM"
+    ).cycle()
+    assert (ran["n"], ran["m"], ran["k"]) == (120, 150, 1)

@@ -213,8 +213,9 @@ class ArgumentBinder:
             record = any_record(body, operand, flat(wanted), at)
             operand = TypedOperand(record, wanted)
         elif storage is None or (parameter.is_constant and operand.is_constant):
-            value = body.converter.implicit(operand, wanted, at)
-            operand = TypedOperand(value, wanted)
+            kept = _whole_text(operand, wanted)
+            value = body.converter.implicit(operand, kept, at)
+            operand = TypedOperand(value, kept)
         else:
             self._check_in_out(name, wanted, operand, at)
         address = body.paths.address(operand, resolved(parameter.variable.type), at)
@@ -323,3 +324,12 @@ def _is_plain(parameter: DeclaredParameter) -> bool:
             is_reference or _is_any(type) or parameter.section == "VAR_IN_OUT"
         )
     return parameter.is_plain
+
+
+def _whole_text(operand: TypedOperand, wanted: IecType[Any]) -> IecType[Any]:
+    """Return the type that a value behind VAR_IN_OUT CONSTANT has: a text is not cut."""
+    have, want = operand.flat, flat(wanted)
+    if not (isinstance(have, StringType) and isinstance(want, StringType)):
+        return wanted
+    is_longer = have.unit == want.unit and have.length > want.length
+    return have if is_longer else wanted
