@@ -12,6 +12,7 @@ from achse.plc.program import PlacedVariable
 from achse.plc.routines.builtin_memory import BuiltinMemory
 from achse.plc.routines.builtins import BLOCKS, FUNCTIONS, BlockBody, FunctionBody, Services
 from achse.plc.routines.json_documents import JSON_FUNCTIONS
+from achse.plc.routines.json_symbols import JSON_SYMBOL_FUNCTIONS
 from achse.plc.routines.python_bodies import has_python_bodies, python_bodies
 from achse.plc.routines.routine_calls import Guard, RoutineCalls, unguarded
 from achse.plc.routines.xml_documents import XML_FUNCTIONS
@@ -54,6 +55,7 @@ class Bodies:
         self.functions = {
             **functions,
             **JSON_FUNCTIONS,
+            **JSON_SYMBOL_FUNCTIONS,
             **XML_FUNCTIONS,
             **XML_SYMBOL_FUNCTIONS,
             **of_station,

@@ -53,3 +53,12 @@ def test_address_within_a_value_has_no_symbol(ran: Ran) -> None:
     assert ran.plc.bodies.context.symbol_at(place.address + 1, 4) is None
     assert ran.plc.bodies.context.symbol_at(place.address, 3) is None
     assert ran.plc.bodies.context.symbol_at(8, 8) is None
+
+
+def test_types_are_found_by_name_without_case(ran: Ran) -> None:
+    assert ran.plc.bodies is not None
+    context = ran.plc.bodies.context
+    found = context.type_named("st")
+    assert found is not None
+    assert (found.name, found.size) == ("ST", 24)
+    assert context.type_named("ST_None") is None

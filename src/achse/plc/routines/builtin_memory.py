@@ -5,6 +5,7 @@ from contextlib import suppress
 from typing import Any
 
 from achse.iec.structs import Record, StructType
+from achse.iec.types import IecType
 from achse.plc.code.execution import Execution
 from achse.plc.code.faults import PlcFault
 from achse.plc.memory import Area, Memory
@@ -101,6 +102,10 @@ class BuiltinMemory:
     def symbol_at(self, address: int, size: int) -> SymbolPlace | None:
         """Return the variable, or part of one, with that address and size."""
         return None if self._symbols is None else self._symbols.at(address, size)
+
+    def type_named(self, name: str) -> IecType[Any] | None:
+        """Return the type of that name that a variable, or a part of one, has."""
+        return None if self._symbols is None else self._symbols.type_named(name)
 
     @property
     def task_number(self) -> int:

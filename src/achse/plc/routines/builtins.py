@@ -9,6 +9,7 @@ from collections.abc import Callable, Mapping
 from decimal import ROUND_DOWN, ROUND_HALF_UP, Decimal, localcontext
 from typing import Any, Protocol
 
+from achse.iec.types import IecType
 from achse.plc.memory import Area
 from achse.plc.routines.symbol_places import SymbolPlace
 
@@ -65,6 +66,10 @@ class BuiltinContext(Protocol):
 
     def symbol_at(self, address: int, size: int) -> SymbolPlace | None:
         """Return the variable, or part of one, with that address and size."""
+        ...
+
+    def type_named(self, name: str) -> IecType[Any] | None:
+        """Return the type of that name that a variable, or a part of one, has."""
         ...
 
     @property

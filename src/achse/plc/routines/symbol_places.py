@@ -5,7 +5,7 @@ from functools import cached_property
 from typing import Any, NamedTuple
 
 from achse.iec.arrays import ArrayType
-from achse.iec.derived import resolved
+from achse.iec.derived import AliasType, PointerType, resolved
 from achse.iec.errors import IecIndexError, IecPathError
 from achse.iec.paths import follow, parse_path, split_symbol
 from achse.iec.structs import StructType
@@ -15,8 +15,9 @@ from achse.plc.program import PlacedVariable
 
 
 class SymbolPlace(NamedTuple):
-    """A symbol in memory: the value of a pointer to it, and its type."""
+    """A symbol in memory: its name, the value of a pointer to it, and its type."""
 
+    name: str
     address: int
     type: IecType[Any]
 
@@ -39,7 +40,7 @@ class SymbolPlaces:
     def named(self, name: str) -> SymbolPlace | None:
         """Return a variable or a part of one by its name, without case; None if there is none."""
         try:
-            root, rest = split_symbol(name.lower().removeprefix("."), self._variables)
+            root, rest = split_symbol(name.removeprefix("."), self._variables)
             placed = self._variables[root]
             found = follow(placed.variable.type, parse_path(rest) if rest else ())
         except (IecPathError, IecIndexError, KeyError):
@@ -48,7 +49,7 @@ class SymbolPlaces:
             part is not None for part in (found.bit, found.method, found.property)
         ):
             return None
-        return SymbolPlace(self._address(placed) + found.offset, found.type)
+        return SymbolPlace(placed.name + rest, self._address(placed) + found.offset, found.type)
 
     def at(self, address: int, size: int) -> SymbolPlace | None:
         """Return the outermost variable or part of one with that address and size."""
@@ -58,29 +59,62 @@ class SymbolPlaces:
             if offset >= 0 and offset + size <= type.size:
                 found = _part(type, offset, size)
                 if found is not None:
-                    return SymbolPlace(address, found)
+                    return SymbolPlace(placed.name + found[0], address, found[1])
         return None
+
+    def type_named(self, name: str) -> IecType[Any] | None:
+        """Return the type of that name, without case, that a variable or a part of one has."""
+        return self._types.get(name.lower())
+
+    @cached_property
+    def _types(self) -> Mapping[str, IecType[Any]]:
+        found: dict[str, IecType[Any]] = {}
+        waiting = [placed.variable.type for placed in self._placed]
+        while waiting:
+            type = waiting.pop()
+            if type.name.lower() in found:
+                continue
+            found[type.name.lower()] = type
+            if isinstance(type, AliasType):
+                waiting.append(type.base)
+            elif isinstance(type, ArrayType):
+                waiting.append(type.element)
+            elif isinstance(type, PointerType):
+                waiting.append(type.target)
+            elif isinstance(type, StructType):
+                waiting += (member.type for member in type.members)
+                waiting += [] if type.base is None else [type.base]
+        return found
 
     def _address(self, placed: PlacedVariable) -> int:
         return self._memory.address(placed.area, placed.offset)
 
 
-def _part(type: IecType[Any], offset: int, size: int) -> IecType[Any] | None:
-    """Return the type of the part of a type with that offset and size."""
+def _part(type: IecType[Any], offset: int, size: int) -> tuple[str, IecType[Any]] | None:
+    """Return path and type of the part of a type with that offset and size."""
     plain = resolved(type)
     if offset == 0 and plain.size == size:
-        return type
+        return "", type
     if isinstance(plain, ArrayType):
-        step = plain.element.size
-        return _part(plain.element, offset % step, size) if offset % step + size <= step else None
+        number, rest = divmod(offset, plain.element.size)
+        found = _part(plain.element, rest, size) if rest + size <= plain.element.size else None
+        return None if found is None else (_index(plain, number) + found[0], found[1])
     if not isinstance(plain, StructType):
         return None
     if plain.base is not None and (found := _part(plain.base, offset, size)) is not None:
-        return found
+        return found if found[0] else None
     for member in plain.fields:
         inside = offset - member.offset
         if member.bit is None and inside >= 0 and inside + size <= member.type.size:
             found = _part(member.type, inside, size)
             if found is not None:
-                return found
+                return f".{member.name}{found[0]}", found[1]
     return None
+
+
+def _index(type: ArrayType[Any], number: int) -> str:
+    indices = []
+    for bounds in reversed(type.dimensions):
+        number, rest = divmod(number, bounds.length)
+        indices.append(str(bounds.first + rest))
+    return f"[{','.join(reversed(indices))}]"

@@ -6,12 +6,10 @@ A structure has an element for each member, an array elements of its own name wi
 Source: the manual of the TwinCAT XML server.
 """
 
-import math
 import re
 from collections.abc import Iterable, Mapping
 from enum import IntEnum
 from itertools import product
-from struct import pack, unpack
 from typing import Any, NamedTuple
 
 from achse.codes import ReturnCode
@@ -27,6 +25,7 @@ from achse.iec.types import IecType
 from achse.plc.routines.builtins import BuiltinContext, FunctionBody
 from achse.plc.routines.document_texts import text_at
 from achse.plc.routines.symbol_places import SymbolPlace
+from achse.plc.routines.symbol_values import members, real_text
 from achse.plc.routines.xml_documents import XmlDocuments, XmlItem, documents_of
 
 _STEP = re.compile(r"""([^\W\d][\w.:-]*)(?:\[(?:(\d+)|@([\w.:-]+)\s*=\s*(['"])(.*?)\4)\])?""")
@@ -100,7 +99,7 @@ class SymbolElements:
     def _write_value(self, item: XmlItem, type: IecType[Any], data: bytes) -> None:
         plain = resolved(type)
         if isinstance(plain, StructType):
-            for member in _members(plain):
+            for member in members(plain):
                 spot = _Spot(item, member.name, _named(item, member.name))
                 if member.bit is not None:
                     data_of = bytes([data[member.offset] >> member.bit & 1])
@@ -144,7 +143,7 @@ class SymbolElements:
     def _read_value(self, item: XmlItem, type: IecType[Any], data: bytearray, offset: int) -> bool:
         plain = resolved(type)
         if isinstance(plain, StructType):
-            for member in _members(plain):
+            for member in members(plain):
                 spot = _Spot(item, member.name, _named(item, member.name))
                 place = offset + member.offset
                 if member.bit is None:
@@ -212,13 +211,6 @@ def _indices(type: ArrayType[Any]) -> Iterable[tuple[str, int]]:
         yield ",".join(map(str, indices)), number * type.element.size
 
 
-def _members(type: StructType[Any]) -> list[Any]:
-    inherited = [] if type.shown_base is None else _members(type.shown_base)
-    own = [member for member in type.shown if member.in_memory and not member.apart]
-    known = {member.name.lower() for member in inherited}
-    return [*inherited, *(member for member in own if member.name.lower() not in known)]
-
-
 def _cut(data: bytes, offset: int, type: IecType[Any]) -> bytes:
     return data[offset : offset + type.size]
 
@@ -236,23 +228,13 @@ def _shown(type: IecType[Any], data: bytes) -> str | None:
     if isinstance(type, TimeType):
         return str(type.codec.unpack_from(data)[0])
     if isinstance(type, RealType):
-        return _real(type.decode(data), type.size)
+        return real_text(type.decode(data), type.size)
     if isinstance(type, StringType):
         text = type.decode(data)
         if _NOT_XML.search(text):
             raise _StringError(text)
         return text
     return None
-
-
-def _real(value: float, size: int) -> str:
-    """Return a number with the fewest digits that bring it back."""
-    if size == 4 and math.isfinite(value):
-        for digits in range(1, 10):
-            text = f"{value:.{digits}g}"
-            if unpack("<f", pack("<f", float(text)))[0] == value:
-                return text
-    return repr(value).removesuffix(".0")
 
 
 def _truth(text: str) -> bool | None:
