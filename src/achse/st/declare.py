@@ -13,7 +13,7 @@ Source: IEC 61131-3 (2013) tables 11, 13, 40 and 47.
 from collections.abc import Collection, Container, Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeAlias
 
 from achse.iec.declare import GlobalVariables, Program, Typelike
 from achse.iec.layout import TC3_X64, LayoutRules
@@ -68,6 +68,9 @@ class Declarations:
     def units(self) -> list[type[UnitRecord]]:
         """Variable lists, then programs: what a PLC places."""
         return [*self.globals.values(), *self.programs.values()]
+
+
+Routine: TypeAlias = Function | Method | Accessor
 
 
 def declare(
@@ -148,6 +151,22 @@ def declare_again(
         names.scopes.add(libraries, is_library=True)
         names.scopes.add_files(library_files())
     return _Declarer(names).declare(units)
+
+
+def has_good_locals(names: Resolver, entry: DeclaredUnit, routine: Routine) -> bool:
+    """Declare the variables of a routine of a unit once more; return True if they have no fault.
+
+    What is at fault is reported then.
+    """
+    known = len(names.scopes.faults)
+    declarer = _Declarer(names)
+    if isinstance(routine, Function):
+        names.scopes.forget(entry)
+        declarer.check_inside(routine.blocks, routine.returns, names.scopes.scope(entry))
+    else:
+        declarer.check_part(routine, None, names.scopes.scope(entry), getattr(routine, "name", ""))
+    names.check_pointers()
+    return len(names.scopes.faults) == known
 
 
 def named_sources(names: Resolver) -> frozenset[Source]:
@@ -240,7 +259,7 @@ class _Declarer:
         elif isinstance(tree, GlobalList | ProgramTree):
             self._names.unit(entry)
         elif isinstance(tree, Function):
-            self._check_inside(tree.blocks, tree.returns, self._scopes.scope(entry))
+            self.check_inside(tree.blocks, tree.returns, self._scopes.scope(entry))
 
     # what is only checked --------------------------------------------------------------------
 
@@ -259,15 +278,15 @@ class _Declarer:
                 )
             names.add(part.name.lower())
             if isinstance(part, Method):
-                self._check_part(part, part.returns, scope, part.name)
+                self.check_part(part, part.returns, scope, part.name)
             elif isinstance(part, Property):
-                self._check_part(part.get, part.type, scope, part.name)
-                self._check_part(part.set, None, scope, part.name)
+                self.check_part(part.get, part.type, scope, part.name)
+                self.check_part(part.set, None, scope, part.name)
         if isinstance(entry.tree, Interface):
             for base in entry.tree.extends:
                 self._names.type_of(base, scope, entry.name)
 
-    def _check_part(
+    def check_part(
         self, part: Method | Accessor | None, returns: TypeSpec | None, scope: Scope, name: str
     ) -> None:
         blocks = () if part is None else part.blocks
@@ -276,9 +295,9 @@ class _Declarer:
             for declaration in block.variables:
                 for item in declaration.names:
                     inside.variables.setdefault(item.name.lower(), (block, declaration))
-        self._check_inside(blocks, returns, inside)
+        self.check_inside(blocks, returns, inside)
 
-    def _check_inside(
+    def check_inside(
         self, blocks: Iterable[VarBlock], returns: TypeSpec | None, scope: Scope
     ) -> None:
         try:

@@ -430,6 +430,10 @@ class Scopes:
         """The variable lists of which a property is meant by its name alone."""
         return self._visible(self.list_properties.get(key, ()), key, space)
 
+    def forget(self, entry: DeclaredUnit) -> None:
+        """Forget the scope inside a unit, which is made again of its tree."""
+        self._scopes.pop(entry, None)
+
     @property
     def cached_scopes(self) -> Iterable[Scope]:
         """Scopes inside units that were requested so far."""

@@ -1,11 +1,12 @@
 """Edits: what a new version of a file changes in syntax trees that are kept.
 
-If declarations are the same apart from their places, the kept trees get the places and bodies of
-the new version, and only routines with other bodies are to be checked again.
+If declarations are the same apart from their places and from local variables, the kept trees get
+the places, locals and bodies of the new version, and only routines with others are to be checked
+again.
 """
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -13,17 +14,20 @@ from typing import Any
 from achse.st.files.files import content_of, project_file
 from achse.st.lexis.source import Diagnostic, Source
 from achse.st.syntax.parser import Parsed
+from achse.st.syntax.tree import ArrayOf, NamedType, StringOf, TypeSpec, VarBlock
+from achse.st.syntax.units import Accessor, Function, Method
 
 _NAMED_FILES = re.compile(rb"<(Compile|Folder)\b[^>]*?(?:/>|>.*?</\1>)", re.DOTALL)
 """Files and folders in a `.plcproj`."""
 
 _PARTS = ("parts", "units")
 _ACCESSORS = ("get", "set")
+_LOCALS = ("VAR", "VAR_TEMP")
 
 
 @dataclass(frozen=True, slots=True)
 class BodyEdit:
-    """An edit of bodies alone, not yet made in the kept trees."""
+    """An edit of bodies and of local variables alone, not yet made in the kept trees."""
 
     kept: Source
     edited: Source
@@ -34,6 +38,8 @@ class BodyEdit:
     end: int
     delta: int
     """Characters that the text became longer."""
+    declaring: tuple[Function | Method | Accessor, ...] = ()
+    """Kept routines that get other local variables."""
 
     def moved(self, offset: int) -> int | None:
         """Return the offset of a place after the edit; None inside of what was replaced."""
@@ -54,14 +60,20 @@ class BodyEdit:
         return self.kept.fault(at, origin.message, finding.code, None if last is None else last + 1)
 
     def make(self) -> list[Any]:
-        """Put places and bodies into the kept trees; return the routines with other bodies."""
+        """Put places, local variables and bodies into the kept trees; return the routines with
+        others."""
         changed = []
+        declaring = set(map(id, self.declaring))
         for kept, edited in self.pairs:
+            is_declaring = id(kept) in declaring
             for name in _field_names(kept):
-                _place(getattr(kept, name), getattr(edited, name))
+                if name == "blocks" and is_declaring:
+                    kept.blocks = edited.blocks
+                else:
+                    _place(getattr(kept, name), getattr(edited, name))
             kept.at = edited.at
             if hasattr(kept, "body"):
-                if kept.body != edited.body:
+                if is_declaring or kept.body != edited.body:
                     changed.append(kept)
                 kept.body = edited.body
         self.kept.adopt(self.edited)
@@ -89,15 +101,19 @@ def is_on_disk(file: Path, content: bytes) -> bool:
 
 
 def body_edit(kept: Parsed, edited: Parsed) -> BodyEdit | None:
-    """Return the edit between two versions of a file; None if declarations differ, or if a body is
-    drawn."""
+    """Return the edit between two versions of a file; None if declarations differ that others may
+    see, or if a body is drawn."""
     if kept.source.drawings or edited.source.drawings:
         return None
     pairs: list[tuple[Any, Any]] = []
+    declaring: tuple[Any, ...] = ()
     try:
         if not _same(kept.units, edited.units, pairs):
             return None
         _ = [one.body == other.body for one, other in pairs if hasattr(one, "body")]
+        declaring = tuple(
+            one for one, other in pairs if isinstance(one, _ROUTINES) and one.blocks != other.blocks
+        )
     except RecursionError:  # nodes are compared in depth
         return None
     before, after = kept.source.text, edited.source.text
@@ -105,18 +121,25 @@ def body_edit(kept: Parsed, edited: Parsed) -> BodyEdit | None:
     most = min(len(before), len(after)) - start
     tail = _common_end(before, after, most)
     end = len(before) - tail
-    return BodyEdit(kept.source, edited.source, tuple(pairs), start, end, len(after) - len(before))
+    delta = len(after) - len(before)
+    return BodyEdit(kept.source, edited.source, tuple(pairs), start, end, delta, declaring)
 
 
 def _same(kept: tuple[Any, ...], edited: tuple[Any, ...], pairs: list[tuple[Any, Any]]) -> bool:
-    """Return True if units or parts are the same apart from bodies and places."""
+    """Return True if units or parts are the same apart from bodies, locals and places."""
     if len(kept) != len(edited):
         return False
     for one, other in zip(kept, edited, strict=True):
         if one.__class__ is not other.__class__:
             return False
-        if any(getattr(one, name) != getattr(other, name) for name in _field_names(one)):
-            return False
+        for name in _field_names(one):
+            before, after = getattr(one, name), getattr(other, name)
+            if before == after:
+                continue
+            if name != "blocks" or not isinstance(one, _ROUTINES):
+                return False
+            if _shared_blocks(before) != _shared_blocks(after):
+                return False
         pairs.append((one, other))
         for name in _PARTS:
             if not _same(getattr(one, name, ()), getattr(other, name, ()), pairs):
@@ -128,6 +151,27 @@ def _same(kept: tuple[Any, ...], edited: tuple[Any, ...], pairs: list[tuple[Any,
             if mine is not None and not _same((mine,), (theirs,), pairs):
                 return False
     return True
+
+
+_ROUTINES = (Function, Method, Accessor)
+
+
+def _shared_blocks(blocks: Iterable[VarBlock]) -> list[VarBlock]:
+    """Return the variables of a routine that others may see, or whose types have no name."""
+    return [
+        block
+        for block in blocks
+        if block.section not in _LOCALS
+        or "CONSTANT" in block.qualifiers
+        or not all(_has_name(declaration.type) for declaration in block.variables)
+    ]
+
+
+def _has_name(spec: TypeSpec) -> bool:
+    """Return True if a type is a named one, a string, or an array of those."""
+    while isinstance(spec, ArrayOf):
+        spec = spec.element
+    return isinstance(spec, NamedType | StringOf)
 
 
 def _field_names(node: Any) -> Iterator[str]:

@@ -64,6 +64,10 @@ class WordIndex:
             known = self._declared[entry] = (tree, frozenset(_words_in(tree)))
         return known[1]
 
+    def forget(self, entry: DeclaredUnit) -> None:
+        """Forget the words in the declarations of a unit."""
+        self._declared.pop(entry, None)
+
     def of_routines(
         self, source: Source, routines: Iterable[Signature]
     ) -> Mapping[str, frozenset[str]]:

@@ -17,7 +17,14 @@ from weakref import WeakValueDictionary
 from achse.iec.structs import StaticRecord
 from achse.st.check.reached import faults_by_reach
 from achse.st.check.warm import Inspection, WarmChecking
-from achse.st.declare import Declarations, declare_again, faults_of, named_sources
+from achse.st.declare import (
+    Declarations,
+    Routine,
+    declare_again,
+    faults_of,
+    has_good_locals,
+    named_sources,
+)
 from achse.st.declared.scopes import DEEPEST, DeclaredUnit
 from achse.st.files.envelope import TaskDeclaration
 from achse.st.files.files import LIBRARY_TYPES, SOURCES, parse_file, source_files
@@ -258,7 +265,7 @@ class Workspace:
         """Look at a file that may have changed on disk, have come or gone."""
         key = file_key(file)
         if key in self._sources and not file.is_file():
-            return self.relist()
+            return self._lose()
         is_open = key in self._contents and key in self._sources
         return Extent.NOTHING if is_open else self._changed(key, file)
 
@@ -317,6 +324,11 @@ class Workspace:
         is_code = all(has_content(Path(key), Content.TEXT, Content.ENVELOPE) for key in came)
         return is_code and all(key in self._sources for key in gone)
 
+    def _lose(self) -> Extent:
+        """Look for files of which one is not there any more, though it may be listed."""
+        found = self.relist()
+        return self._load_again() if found is Extent.NOTHING else found
+
     def _load_again(self) -> Extent:
         self.load()
         return Extent.FILES
@@ -344,7 +356,7 @@ class Workspace:
             )
             return self._load_again() if in_library else self.relist()
         if not file.is_file():
-            return self.relist()
+            return self._lose()
         try:
             with reading(self._contents, self._trees):
                 edited = parse_file(
@@ -377,17 +389,25 @@ class Workspace:
         )
 
     def _edit_of(self, known: Parsed, edited: Parsed) -> BodyEdit | None:
-        """Return the edit if it changes bodies alone, and all kept findings can follow it."""
+        """Return the edit if it changes bodies and locals alone, and all kept findings can follow
+        it."""
         checking = self.checking
         if checking is None or not checking.is_exact or self._are_shared(known):
             return None
         edit = body_edit(known, edited)
-        if edit is None:
+        if edit is None or (edit.declaring and self._has_declared_faults(known.source)):
             return None
         quoted = f"{known.source.path}:"  # other findings name places in this file
         if any(quoted in one.message for one in self._every_finding()):
             return None
         return edit
+
+    def _has_declared_faults(self, source: Source) -> bool:
+        """Return True if faults of declarations in a file, or of a library, may come or go."""
+        assert self._files is not None
+        return any(parsed.faults for parsed in self._files.libraries) or any(
+            one.origin is None or one.origin.source is source for one in self._declared_faults
+        )
 
     def _are_shared(self, parsed: Parsed) -> bool:
         """Return True if another file has the same trees, because its content is the same."""
@@ -418,11 +438,22 @@ class Workspace:
         self._uses.pop(known.source, None)
         known.source.content = None  # others must not get trees that change
         changed = {id(tree) for tree in edit.make()}
+        declaring = {id(tree) for tree in edit.declaring}
         again = []
         for signature in checking.routines.made:
             is_changed = signature.source is known.source and id(signature.tree) in changed
-            if is_changed and checking.checked(signature.key) is not None:
+            if not is_changed:
+                continue
+            if checking.checked(signature.key) is not None:
                 again.append(signature)
+            if id(signature.tree) in declaring:
+                declaring.discard(id(signature.tree))
+                self._words.forget(signature.entry)
+                assert isinstance(signature.tree, Routine)
+                if not has_good_locals(checking.names, signature.entry, signature.tree):
+                    return False
+        if declaring:  # routines that cannot be called
+            return False
         keys = {signature.key for signature in again}
         for name, node in checking.nodes.items():
             found = (node.faults, node.warnings, node.remarks)
@@ -448,6 +479,8 @@ class Workspace:
             return False
         for entry in [one for one in self._mentions if one.source is known.source]:
             del self._mentions[entry]
+        if edit.declaring:
+            self._named = named_sources(checking.names)
         self.judge()
         return True
 
