@@ -293,7 +293,7 @@ class ColdCheck:
         try:
             with reading(contents, self._trees):
                 files = read_files(self._place)
-                project, error = examine_project(self._place)
+                project, error = examine_project(self._place, unknown="refuse")
         except SourceError as nothing:
             return sorted_findings(nothing.faults, (), ()), [] if linted else None
         self._kept = project.sources

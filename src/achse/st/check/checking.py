@@ -38,6 +38,7 @@ from achse.st.syntax.units import (
     FunctionBlock,
     GlobalList,
     Method,
+    Part,
     Program,
     Property,
 )
@@ -328,19 +329,22 @@ class Checking:
         """Have all methods, properties and actions of a unit checked."""
         for part in self.blocks.own_parts(entry).values():
             try:
-                if isinstance(part, Method):
-                    self.require(self.routines.of_method(entry, part))
-                elif isinstance(part, Action):
-                    self.require(self.routines.of_action(entry, part))
-                elif isinstance(part, Property):
-                    for get in (True, False):
-                        accessor = self.routines.of_accessor(entry, part, get=get)
-                        if accessor is not None:
-                            self.require(accessor)
+                self._require_part(entry, part)
             except Failed:
                 continue
             except Unexpected as fault:
                 self.fault(entry.source, fault.at, fault.message, fault.code)
+
+    def _require_part(self, entry: DeclaredUnit, part: Part) -> None:
+        if isinstance(part, Method):
+            self.require(self.routines.of_method(entry, part))
+        elif isinstance(part, Action):
+            self.require(self.routines.of_action(entry, part))
+        else:
+            for get in (True, False):
+                found = self.routines.of_accessor(entry, part, get=get)
+                if found is not None:
+                    self.require(found)
 
     # records and blocks ----------------------------------------------------------------------
 

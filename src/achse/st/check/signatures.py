@@ -122,6 +122,8 @@ class Routines:
     def __init__(self, names: Resolver) -> None:
         self._names = names
         self._signature_by_key: dict[str, Signature | None] = {}
+        self._outdated: dict[str, Signature] = {}
+        """Signatures to make again when they are asked for."""
 
     def of_function(self, entry: DeclaredUnit) -> Signature:
         """A function. Raises `Failed`."""
@@ -173,7 +175,7 @@ class Routines:
 
     def made_again(self, known: Signature) -> Signature:
         """Return the signature of a routine once more, with an empty frame. Raises `Failed`."""
-        del self._signature_by_key[known.key]
+        self._signature_by_key.pop(known.key, None)
         entry, tree = known.entry, known.tree
         match known.kind:
             case RoutineKind.FUNCTION:
@@ -194,20 +196,42 @@ class Routines:
 
     def forget(self, is_touched: Callable[[DeclaredUnit], bool]) -> None:
         """Forget the signatures in units that were declared again, and those that failed."""
+        self._outdated = {
+            key: one for key, one in self._outdated.items() if not is_touched(one.entry)
+        }
         self._signature_by_key = {
             key: one
             for key, one in self._signature_by_key.items()
             if one is not None and not is_touched(one.entry)
         }
 
+    def outdate(self, signatures: Iterable[Signature]) -> None:
+        """Make signatures again, when they are asked for, of trees that are theirs now."""
+        self._outdated |= {one.key: one for one in signatures}
+        for key in self._outdated:
+            self._signature_by_key.pop(key, None)
+
+    def is_outdated(self, key: str) -> bool:
+        """Return True if a signature is to be made again before it is asked for."""
+        return key in self._outdated
+
     @property
     def made(self) -> list[Signature]:
-        """The signatures so far."""
-        return [one for one in self._signature_by_key.values() if one is not None]
+        """The signatures so far, those too that are to be made again."""
+        current = [one for one in self._signature_by_key.values() if one is not None]
+        return current + list(self._outdated.values())
 
     def known(self, key: str) -> Signature | None:
         """The signature of that key, if it was requested."""
-        return self._signature_by_key.get(key)
+        signature = self._signature_by_key.get(key)
+        if signature is None and key in self._outdated:
+            return self.made_again(self._outdated[key])
+        return signature
+
+    def entry(self, key: str) -> DeclaredUnit | None:
+        """The unit of the signature of that key, if it was requested."""
+        signature = self._signature_by_key.get(key) or self._outdated.get(key)
+        return None if signature is None else signature.entry
 
     def this(self, entry: DeclaredUnit) -> StructType[Any] | None:
         """The record of the instances that routines of a unit run on. Raises `Failed`."""
@@ -247,6 +271,7 @@ class Routines:
                 raise Failed
             return known
         self._signature_by_key[key] = None
+        self._outdated.pop(key, None)
         frame = VariableFrame(name, self._names.rules)
         made = Signature(key, name, kind, entry, tree, scope, frame, this)
         with self._names.scopes.inside(entry.source):

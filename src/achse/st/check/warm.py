@@ -21,6 +21,7 @@ from achse.st.lexis.codes import Code
 from achse.st.lexis.collection import collection_paused
 from achse.st.lexis.source import Diagnostic, Source
 from achse.st.syntax.cursor import Unexpected
+from achse.st.syntax.units import Part, Property
 from achse.st.typed.project import RoutineKind
 from achse.st.typed.statements import LifeEvent, TypedStatement
 
@@ -134,10 +135,12 @@ class WarmChecking(Checking):
         units: Collection[str],
         words: Collection[str],
         routines: Iterable[Signature],
+        kept: Iterable[Signature] = (),
     ) -> None:
         """Check units that were declared again, keys in lower case, with all that they need, and
-        routines of others. `words` are the names of these units and of their contents."""
-        dropped = self._forget(units, words)
+        routines of others. `words` are the names of these units and of their contents; `kept` are
+        routines of these units with the same findings."""
+        dropped = self._forget(units, words, list(kept))
         self._needed = None
         for known in routines:
             self.nodes.pop(known.key)
@@ -152,10 +155,13 @@ class WarmChecking(Checking):
         lost = dropped - self.nodes.keys()
         self.is_exact &= lost.isdisjoint(self._reachable())
 
-    def _forget(self, units: Collection[str], words: Collection[str]) -> set[str]:
-        """Forget all about units; return their nodes."""
+    def _forget(
+        self, units: Collection[str], words: Collection[str], kept: Collection[Signature]
+    ) -> set[str]:
+        """Forget all about units but some routines; return the nodes that are gone."""
         self._known_faults = len(self.names.scopes.faults)
-        dropped = {key for key in self.nodes if _is_among(self._owner_of(key), units)}
+        remaining = {routine.key for routine in kept}
+        dropped = {key for key in self.nodes if _is_among(self._owner_of(key), units)} - remaining
         for key in dropped:
             del self.nodes[key]
             self._pending_names.discard(key)
@@ -180,6 +186,7 @@ class WarmChecking(Checking):
         self._pointers.clear()
         self.blocks = Blocks(self.names)
         self.routines.forget(lambda entry: _is_among(entry.name.lower(), units))
+        self.routines.outdate(kept)
         self.life.forget(lambda key: _is_among(key.rpartition(".")[0], units))
         return dropped
 
@@ -188,8 +195,8 @@ class WarmChecking(Checking):
         kind, blank, name = key.partition(" ")
         if blank and kind in _KINDS:
             return name
-        routine = self.routines.known(key)
-        return key.rpartition(".")[0] if routine is None else routine.entry.name.lower()
+        entry = self.routines.entry(key)
+        return key.rpartition(".")[0] if entry is None else entry.name.lower()
 
     def unit_of(self, key: str) -> str:
         """Return the key of the unit that a node belongs to."""
@@ -210,7 +217,7 @@ class WarmChecking(Checking):
         outside = self._key, self._node
         self._key, self._node = "?", CheckNode()
         try:
-            yield RoutineBody(self, routine)
+            yield RoutineBody(self, self.routines.known(routine.key) or routine)
         finally:
             self._key, self._node = outside
 
@@ -277,6 +284,13 @@ class WarmChecking(Checking):
         self._node.needs.add(signature.key)
         super().require(signature)
 
+    def _require_part(self, entry: DeclaredUnit, part: Part) -> None:
+        keys = _keys_of(entry, part)
+        if all(map(self.routines.is_outdated, keys)):
+            self._node.needs.update(keys)
+        else:
+            super()._require_part(entry, part)
+
     def require_record(self, type: StructType[Any]) -> None:
         self._node.needs.add(f"record {type.name.lower()}")
         super().require_record(type)
@@ -323,6 +337,14 @@ class WarmChecking(Checking):
 def _unit_node(name: str) -> str:
     """Return the key of the node for what a unit declares itself."""
     return f"declared {name.lower()}"
+
+
+def _keys_of(entry: DeclaredUnit, part: Part) -> list[str]:
+    """Return the keys of the routines that a part of a unit is."""
+    if not isinstance(part, Property):
+        return [f"{entry.name}.{part.name}".lower()]
+    kinds = [kind for kind, one in (("get", part.get), ("set", part.set)) if one is not None]
+    return [f"{entry.name}.__{kind}{part.name}".lower() for kind in kinds]
 
 
 def _is_among(key: str, units: Collection[str]) -> bool:

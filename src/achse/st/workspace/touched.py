@@ -2,13 +2,14 @@
 
 Whatever a routine or a declaration looks up is a word in its text. So a unit is touched if its
 declarations have the name of a touched unit, or that of a variable, value or property of one that
-needs no prefix; a routine is checked again if its text has such a name. Words that mean something
-else there cost time and change nothing.
+needs no prefix. A touched unit is declared again; a routine, of such a unit or of another, is
+checked again if its text has a changed name. Words that mean something else there cost time and
+change nothing.
 """
 
 import re
 from bisect import bisect_right
-from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from achse.st.check.signatures import Signature
@@ -16,16 +17,23 @@ from achse.st.check.warm import WarmChecking
 from achse.st.declared.scopes import DeclaredUnit
 from achse.st.graphical.body import GraphicalBody
 from achse.st.lexis.source import Diagnostic, Source
-from achse.st.syntax.outlines import outline_of
 from achse.st.syntax.parser import Parsed
-from achse.st.syntax.tree import Note
 from achse.st.syntax.units import Namespace, Unit
 from achse.st.typed.project import RoutineKind
+from achse.st.workspace.changed import (
+    UnitMembers,
+    members_of,
+    names_of,
+    words_in,
+)
 from achse.st.workspace.cursor import first_offset
 
 _WITHOUT_UNIT = ("", "interfaces")
 """Nodes that are checked again after each edit."""
 _WORD = re.compile(r"\w+")
+_BY_ITSELF = re.compile(r"\w+\b(?!\s*\^?\s*\.(?!\.))")
+_INTO = re.compile(r"\w+\b(?=\s*\^?\s*\.(?!\.))")
+"""Names before a dot, that of a pointer too; a range is none."""
 
 
 class Touched(NamedTuple):
@@ -35,6 +43,8 @@ class Touched(NamedTuple):
     """Keys of the units to declare again."""
     words: set[str]
     """Their names, and those of their contents that need no prefix."""
+    wholes: set[str]
+    """Keys of those of which everything may be other."""
 
 
 class WordIndex:
@@ -44,6 +54,7 @@ class WordIndex:
         self._files: dict[Source, tuple[str, frozenset[str]]] = {}
         self._declared: dict[DeclaredUnit, tuple[Unit, frozenset[str]]] = {}
         self._routines: dict[Source, tuple[str, dict[str, frozenset[str]]]] = {}
+        self._members: dict[int, tuple[Unit, UnitMembers]] = {}
 
     def of_file(self, source: Source, units: Iterable[Unit] = ()) -> frozenset[str]:
         """Return the words in a file, its drawn bodies included."""
@@ -61,18 +72,27 @@ class WordIndex:
         tree = entry.tree
         known = self._declared.get(entry)
         if known is None or known[0] is not tree:
-            known = self._declared[entry] = (tree, frozenset(_words_in(tree)))
+            known = self._declared[entry] = (tree, frozenset(words_in(tree)))
+        return known[1]
+
+    def members(self, tree: Unit) -> UnitMembers:
+        """Return what the declarations of a unit say of its members."""
+        known = self._members.get(id(tree))
+        if known is None or known[0] is not tree:
+            known = self._members[id(tree)] = (tree, members_of(tree))
         return known[1]
 
     def forget(self, entry: DeclaredUnit) -> None:
         """Forget the words in the declarations of a unit."""
         self._declared.pop(entry, None)
+        self._members.pop(id(entry.tree), None)
 
     def of_routines(
         self, source: Source, routines: Iterable[Signature]
     ) -> Mapping[str, frozenset[str]]:
-        """Return the words in the text of each routine of a file, by its key; what is drawn or has
-        no text is not among them. `routines` are all that the file has."""
+        """Return the words in the text of each routine of a file, by its key, `name.` for one in
+        front of a dot; what is drawn or has no text is not among them. `routines` are all that the
+        file has."""
         known = self._routines.get(source)
         if known is None or known[0] is not source.text:
             found = dict(_words_of_routines(source, list(routines)))
@@ -85,6 +105,8 @@ class WordIndex:
         self._files = {key: words for key, words in self._files.items() if key in files}
         self._routines = {key: words for key, words in self._routines.items() if key in files}
         self._declared = {key: words for key, words in self._declared.items() if key in units}
+        trees = {id(entry.tree) for entry in units}
+        self._members = {key: known for key, known in self._members.items() if key in trees}
 
     def touched(
         self,
@@ -109,25 +131,33 @@ class WordIndex:
             ]
             for entry in further:
                 units.add(entry.name.lower())
-                words.update(_names_of(entry.tree))
+                words.update(names_of(entry.tree))
             waiting = [one for one in waiting if one.name.lower() not in units]
             grows = bool(further)
-        return Touched(units, words)
+        return Touched(units, words, first.wholes)
 
 
 def first_touched(
-    checking: WarmChecking, known: Parsed, edited: Parsed, declared: Iterable[Diagnostic]
+    checking: WarmChecking,
+    known: Parsed,
+    edited: Parsed,
+    declared: Iterable[Diagnostic],
+    *,
+    is_whole: bool = False,
 ) -> Touched | None:
     """Return what two versions of a file declare, and units with findings that may depend on all
-    names; None if everything is to be checked. `declared` are the faults of declarations."""
+    names; None if everything is to be checked.
+
+    `declared` are the faults of declarations. With `is_whole` everything in the file may be other.
+    """
     scopes = checking.names.scopes
-    before, after = dict(_units_of(known)), dict(_units_of(edited))
+    before, after = dict(units_of(known)), dict(units_of(edited))
     for key in before.keys() ^ after.keys():
         if scopes.is_of_library(key) or scopes.is_of_library(key.rpartition(".")[2]):
             return None
     units, words = {*before, *after}, set[str]()
     for unit in (*before.values(), *after.values()):
-        words.update(_names_of(unit))
+        words.update(names_of(unit))
     faulty = {one.origin.source if one.origin is not None else None for one in declared}
     if None in faulty:
         return None
@@ -137,41 +167,19 @@ def first_touched(
             return None
     tainted = [one for one in scopes.entries.values() if one.source in faulty]
     for key, node in checking.nodes.items():
-        if node.faults and checking.routines.known(key) is None:
+        if node.faults and checking.routines.entry(key) is None:
             owner = scopes.entries.get(checking.unit_of(key))
             if owner is not None:
                 tainted.append(owner)
             elif key not in _WITHOUT_UNIT:
                 return None
+    wholes = {*before, *after} if is_whole or known.source in faulty else set()
     for entry in tainted:
+        wholes.add(entry.name.lower())
         if entry.source is not known.source:
             units.add(entry.name.lower())
-            words.update(_names_of(entry.tree))
-    return Touched(units, words)
-
-
-def routines_again(
-    checking: WarmChecking, touched: Touched, named: Container[Source], index: WordIndex
-) -> list[Signature]:
-    """Return the routines to check again in units that are not declared again.
-
-    `named` are the files that have a touched name. Faults say what has a similar name, anywhere.
-    """
-    by_source: dict[Source, list[Signature]] = {}
-    for routine in checking.routines.made:
-        by_source.setdefault(routine.source, []).append(routine)
-    found = []
-    for source, routines in by_source.items():
-        words = index.of_routines(source, routines) if source in named else None
-        for routine in routines:
-            node = checking.nodes.get(routine.key)
-            if node is None or checking.unit_of(routine.key) in touched.units:
-                continue
-            own = None if words is None else words.get(routine.key)
-            is_named = words is not None and (own is None or not touched.words.isdisjoint(own))
-            if node.faults or is_named:
-                found.append(routine)
-    return found
+            words.update(names_of(entry.tree))
+    return Touched(units, words, wholes)
 
 
 def _words_of_routines(
@@ -191,7 +199,9 @@ def _words_of_routines(
             begin = max(pieces[piece - 1] if piece else 0, source.text.rfind("\n", 0, place) + 1)
             following = bisect_right(ends, place)
             end = ends[following] if following < len(ends) else len(source.text)
-            words.update(_WORD.findall(source.text[begin:end].lower()))
+            text = source.text[begin:end].lower()
+            words.update(_BY_ITSELF.findall(text))
+            words.update(f"{name}." for name in _INTO.findall(text))
         yield routine.key, frozenset(words)
 
 
@@ -202,16 +212,7 @@ def _places_of(routine: Signature) -> Iterator[int]:
         yield first_offset(routine.body[0])
 
 
-def _names_of(unit: Unit) -> Iterator[str]:
-    """The names by which others reach a unit and its contents, in lower case."""
-    outline = outline_of(unit)
-    yield outline.name.lower()
-    yield from outline.variables
-    yield from outline.properties
-    yield from outline.values
-
-
-def _units_of(parsed: Parsed) -> Iterator[tuple[str, Unit]]:
+def units_of(parsed: Parsed) -> Iterator[tuple[str, Unit]]:
     """The units of a file with their keys; those in name spaces too."""
     waiting: list[tuple[str, Unit]] = [("", unit) for unit in parsed.units]
     while waiting:
@@ -234,18 +235,3 @@ def _drawn(units: Iterable[Unit]) -> Iterator[str]:
         body = getattr(tree, "body", None)
         if isinstance(body, GraphicalBody):
             yield body.text
-
-
-def _words_in(unit: Unit) -> Iterator[str]:
-    """Words of a syntax tree, without bodies and comments."""
-    waiting: list[Any] = [unit]
-    while waiting:
-        tree = waiting.pop()
-        if isinstance(tree, str):
-            yield from _WORD.findall(tree.lower())
-        elif isinstance(tree, Note):
-            waiting.append(tree.attributes)
-        elif isinstance(tree, tuple):
-            waiting += tree
-        elif hasattr(tree, "__match_args__"):
-            waiting += [getattr(tree, name) for name in tree.__match_args__ if name != "body"]

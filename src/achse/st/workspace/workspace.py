@@ -40,7 +40,8 @@ from achse.st.reach import Reach
 from achse.st.syntax.parser import Parsed
 from achse.st.workspace.edits import BodyEdit, body_edit, emptied, is_on_disk, project_options
 from achse.st.workspace.findings import ProjectFindings, sorted_findings
-from achse.st.workspace.touched import WordIndex, first_touched, routines_again
+from achse.st.workspace.plans import plan_of_all, plan_routines, settled
+from achse.st.workspace.touched import WordIndex, first_touched
 from achse.st.workspace.uses import SymbolUse, use_at, uses_in
 
 _BESIDE = (LIBRARY_TYPES, *suffixes_of(Content.PROJECT, Content.SYSTEM, Content.SOLUTION))
@@ -333,11 +334,11 @@ class Workspace:
         self.load()
         return Extent.FILES
 
-    def _edit_units(self, known: Parsed, edited: Parsed) -> bool:
+    def _edit_units(self, known: Parsed, edited: Parsed, *, is_whole: bool = False) -> bool:
         """Take other units of a file, which the project's sources have; False if everything is to
-        be checked."""
+        be checked. With `is_whole` the trees that are known may be those of the new version."""
         self._take_sources()
-        return self._edit_declarations(known, edited)
+        return self._edit_declarations(known, edited, is_whole)
 
     def _take_sources(self) -> None:
         assert self._files is not None
@@ -372,7 +373,7 @@ class Workspace:
         if edit is not None and self._edit_bodies(key, edit, edited):
             return Extent.BODIES
         self._sources[key] = edited
-        if self._edit_units(known, edited):
+        if self._edit_units(known, edited, is_whole=edit is not None):
             return Extent.DECLARATIONS
         self._examine()
         return Extent.PROJECT
@@ -496,7 +497,7 @@ class Workspace:
 
     # an edit of declarations -----------------------------------------------------------------
 
-    def _edit_declarations(self, known: Parsed, edited: Parsed) -> bool:
+    def _edit_declarations(self, known: Parsed, edited: Parsed, is_whole: bool) -> bool:
         """Declare and check again what an edit touches; False if findings would be wrong.
 
         Everything is to be checked then.
@@ -508,7 +509,7 @@ class Workspace:
         if any(parsed.faults for parsed in files.libraries):
             return False  # they count if the project names something of the file
         names = checking.names
-        first = first_touched(checking, known, edited, self._declared_faults)
+        first = first_touched(checking, known, edited, self._declared_faults, is_whole=is_whole)
         if first is None or any("var_config" in self._words.of_file(s) for s in self._own_sources):
             return False
         sources = tuple(self.all_sources)
@@ -521,7 +522,7 @@ class Workspace:
             for parsed in sources
             if not touched.words.isdisjoint(self._words.of_file(parsed.source, parsed.units))
         }
-        routines = routines_again(checking, touched, named, self._words)
+        plan = plan_routines(checking, known, edited, touched, self._words)
         self.declarations = declare_again(
             names, self.sources, files.libraries, touched.units, touched.words
         )
@@ -530,7 +531,8 @@ class Workspace:
         self._uses = {}
         for entry in [one for one in self._mentions if one.source in named]:
             del self._mentions[entry]
-        checking.check_touched(touched.units, touched.words, routines)
+        plan = settled(plan, names, touched, edited) or plan_of_all(checking, touched, self._words)
+        checking.check_touched(touched.units, touched.words, plan.again, plan.kept)
         if not checking.is_exact or names.scopes.height > DEEPEST:
             return False
         self.judge()
