@@ -231,7 +231,9 @@ class DrawnProject:
         (kind,) = draw.choices(kinds, [_KINDS[one][0] for one in kinds])
         file = draw.choice([one for one in self.files if one.is_file()])
         before = self.texts.get(file, file.read_bytes())
-        after = _KINDS[kind][1](before.decode("utf-8-sig"), draw).encode()
+        after = before
+        while after == before:
+            after = _KINDS[kind][1](before.decode("utf-8-sig"), draw).encode()
         self.texts[file] = after
         return kind, workspace.edit(file, after).value
 

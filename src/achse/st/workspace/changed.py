@@ -21,11 +21,12 @@ from achse.st.syntax.tree import (
     StructOf,
     TypeSpec,
     UnionOf,
+    VarBlock,
 )
 from achse.st.syntax.units import Accessor, Function, Method, Part, Property, TypeDeclaration, Unit
 
 _WORD = re.compile(r"\w+")
-_PARAMETERS = ("VAR_INPUT", "VAR_OUTPUT", "VAR_IN_OUT", "VAR_INST")
+_LOCALS = ("VAR", "VAR_TEMP")
 
 
 class UnitMember(NamedTuple):
@@ -81,7 +82,7 @@ def changed_names(
     for key in before.keys() | after.keys():
         pair = [units[key] for units in (before, after) if key in units]
         is_apart = len(pair) == 1 or "." in key or key in wholes
-        different = None if is_apart else _differing(*pair)
+        different = None if is_apart else differing(*pair)
         if different is None:
             for unit in pair:
                 _change_whole(found, key, names_of(unit))
@@ -180,7 +181,7 @@ def _is_single(unit: Unit) -> bool:
     return isinstance(unit, Function)
 
 
-def _differing(before: Unit, after: Unit) -> Collection[str] | None:
+def differing(before: Unit, after: Unit) -> Collection[str] | None:
     """Return the names of the members that are other; None if more may be."""
     if before.__class__ is not after.__class__ or _is_single(before):
         return () if before == after else None
@@ -239,7 +240,9 @@ def _seen_of(part: Any) -> Iterator[object]:
         if name in ("at", "body"):
             continue
         value = getattr(part, name)
-        if isinstance(value, Accessor):
+        if name == "blocks":
+            yield _shared(value)
+        elif isinstance(value, Accessor):
             yield tuple(_seen_of(value))
         else:
             yield value
@@ -268,4 +271,9 @@ def _words_of_part(part: Part) -> Iterator[str]:
         yield from words_in((part.type, part.initial, part.note))
     elif isinstance(part, Method):
         yield from words_in((part.returns, part.note))
-        yield from words_in(tuple(b for b in part.blocks if b.section in _PARAMETERS))
+        yield from words_in(_shared(part.blocks))
+
+
+def _shared(blocks: Iterable[VarBlock]) -> tuple[VarBlock, ...]:
+    """Return the variables of a part that others see."""
+    return tuple(block for block in blocks if block.section not in _LOCALS)

@@ -18,10 +18,11 @@ from achse.st.declared.scopes import DeclaredUnit
 from achse.st.graphical.body import GraphicalBody
 from achse.st.lexis.source import Diagnostic, Source
 from achse.st.syntax.parser import Parsed
-from achse.st.syntax.units import Namespace, Unit
+from achse.st.syntax.units import GlobalList, Namespace, Unit
 from achse.st.typed.project import RoutineKind
 from achse.st.workspace.changed import (
     UnitMembers,
+    differing,
     members_of,
     names_of,
     words_in,
@@ -121,6 +122,7 @@ class WordIndex:
         units, words = set(first.units), set(first.words)
         trees = {parsed.source: parsed.units for parsed in sources}
         waiting = [one for one in entries if one.name.lower() not in units]
+        lists: list[DeclaredUnit] = []
         grows = True
         while grows:
             further = [
@@ -129,11 +131,20 @@ class WordIndex:
                 if not words.isdisjoint(self.of_file(entry.source, trees[entry.source]))
                 and not words.isdisjoint(self.declared(entry))
             ]
+            before = len(words)
             for entry in further:
                 units.add(entry.name.lower())
-                words.update(names_of(entry.tree))
+                if isinstance(entry.tree, GlobalList):
+                    words.add(entry.tree.name.lower())
+                    lists.append(entry)
+                else:
+                    words.update(names_of(entry.tree))
+            for entry in lists:
+                for member in self.members(entry.tree).members:
+                    if not words.isdisjoint(member.words):
+                        words.update(member.names)
             waiting = [one for one in waiting if one.name.lower() not in units]
-            grows = bool(further)
+            grows = bool(further) or len(words) > before
         return Touched(units, words, first.wholes)
 
 
@@ -156,8 +167,8 @@ def first_touched(
         if scopes.is_of_library(key) or scopes.is_of_library(key.rpartition(".")[2]):
             return None
     units, words = {*before, *after}, set[str]()
-    for unit in (*before.values(), *after.values()):
-        words.update(names_of(unit))
+    for key in before.keys() | after.keys():
+        words.update(_given_names([one[key] for one in (before, after) if key in one]))
     faulty = {one.origin.source if one.origin is not None else None for one in declared}
     if None in faulty:
         return None
@@ -180,6 +191,16 @@ def first_touched(
             units.add(entry.name.lower())
             words.update(names_of(entry.tree))
     return Touched(units, words, wholes)
+
+
+def _given_names(versions: Sequence[Unit]) -> Iterable[str]:
+    """The names of a unit, and those of its contents that need no prefix; of a list those alone
+    that differ between two versions."""
+    if len(versions) == 2 and isinstance(versions[0], GlobalList):
+        different = differing(*versions)
+        if different is not None:
+            return (versions[0].name.lower(), *different)
+    return {name for unit in versions for name in names_of(unit)}
 
 
 def _words_of_routines(
