@@ -28,7 +28,7 @@ from achse.st.files.reading import file_key, reading
 from achse.st.lexis.source import Diagnostic, SourceError
 from achse.st.lint.linting import lint
 from achse.st.lint.options import LintOptions
-from achse.st.project import examine_project, read_files
+from achse.st.project import read_files
 from achse.st.workspace import ProjectFindings, Workspace, findings_of
 from achse.st.workspace.findings import sorted_findings
 
@@ -295,7 +295,7 @@ class ColdCheck:
         try:
             with reading(contents, self._trees):
                 files = read_files(self._place)
-                project, error = examine_project(self._place, unknown="refuse")
+                project, error = files.examined(None, None, "libraries", None, check_all=False)
         except SourceError as nothing:
             return sorted_findings(nothing.faults, (), ()), [] if linted else None
         self._kept = project.sources

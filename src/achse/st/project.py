@@ -4,7 +4,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from itertools import chain
 from pathlib import Path
-from typing import Literal, TypeAlias
+from typing import Literal, NamedTuple, TypeAlias
 
 from achse.iec.declare import Typelike
 from achse.iec.layout import TC3_X64, TC3_X86, LayoutRules
@@ -123,6 +123,18 @@ def examine_project(
     return files.examined(types, constants, unknown, programs, check_all)
 
 
+class CompleteDeclarations(NamedTuple):
+    """Declarations of a project and of the stubs for names that are not here."""
+
+    declarations: Declarations
+    error: SourceError | None
+    missing: tuple[MissingLibrary, ...]
+    stubs: Mapping[str, str]
+    """Texts of the stubs, by file."""
+    sources: tuple[Parsed, ...]
+    """The stubs, parsed."""
+
+
 @dataclass(frozen=True, slots=True)
 class ProjectFiles:
     """All that the files of a project and of its libraries contain, before anything is declared."""
@@ -165,17 +177,16 @@ class ProjectFiles:
             references=self.found.own,
         )
 
-    def examined(
+    def completed(
         self,
-        types: Mapping[str, Typelike] | None,
-        constants: Mapping[str, object] | None,
-        unknown: UnknownNames,
-        programs: Iterable[str] | None,
-        check_all: bool,
-    ) -> tuple[Project, SourceError | None]:
-        """Return the project, and an error with all its faults or None."""
-        faults = list(self.faults)
-        declared, error = self.declared(types, constants)
+        types: Mapping[str, Typelike] | None = None,
+        constants: Mapping[str, object] | None = None,
+        unknown: UnknownNames = "libraries",
+        known: tuple[Declarations, SourceError | None] | None = None,
+    ) -> CompleteDeclarations:
+        """Return the declarations, with stubs for the undeclared names that `unknown` says.
+        `known` are those without stubs, if they were computed before."""
+        declared, error = known or self.declared(types, constants)
         names = declared.names
         missing = missing_libraries(
             self.found.missing,
@@ -185,6 +196,7 @@ class ProjectFiles:
             lambda word: names.scopes.find(word) is not None,
         )
         stubs: dict[str, str] = {}
+        again: tuple[Parsed, ...] = ()
         lacking: tuple[MissingLibrary, ...] = ()
         if unknown == "libraries":
             lacking = lacking_libraries(
@@ -205,17 +217,31 @@ class ProjectFiles:
                 },
             )
             lacking = tuple(used for item in lacking if (used := item.only(stub_names)).uses)
-            again = [
+            again = tuple(
                 parse(Source(text, name), name=Path(name).stem) for name, text in stubs.items()
-            ]
+            )
             if stubs:
                 found_again = self.declared(types, constants, again)
                 if error is not None or found_again[1] is None:
                     declared, error = found_again
                 else:  # only bodies miss something, and its stubs are wrong
-                    stubs, lacking = {}, ()
-        missing += lacking
+                    stubs, lacking, again = {}, (), ()
         declared.names.blocks_do_nothing = unknown != "refuse"
+        return CompleteDeclarations(declared, error, missing + lacking, stubs, again)
+
+    def examined(
+        self,
+        types: Mapping[str, Typelike] | None,
+        constants: Mapping[str, object] | None,
+        unknown: UnknownNames,
+        programs: Iterable[str] | None,
+        check_all: bool,
+    ) -> tuple[Project, SourceError | None]:
+        """Return the project, and an error with all its faults or None."""
+        faults = list(self.faults)
+        complete = self.completed(types, constants, unknown)
+        declared, error = complete.declarations, complete.error
+        missing, stubs = complete.missing, complete.stubs
         if error is not None:
             faults += error.faults
         reach = None

@@ -13,7 +13,7 @@ from tests.st.workspace.sample import FILES, cold_findings, write_project
 @pytest.mark.parametrize(
     ("name", "old", "new", "again", "kept"),
     [
-        ("Functions.st", "a, b : DINT", "b, a : DINT", set(), {"fb_spare"}),
+        ("Functions.st", "a, b : DINT", "b, a : DINT", set(), {"fb_spare.check"}),
         ("GVLs/GVL.TcGVL", "nCount : DINT", "nCount : INT", {"main"}, set()),
         (
             "POUs/FB_Drive.TcPOU",
@@ -50,7 +50,7 @@ def test_an_edit_checks_what_has_a_changed_name(
         plans.append(plan)
         return plan
 
-    monkeypatch.setattr("achse.st.workspace.workspace.settled", noted)
+    monkeypatch.setattr("achse.st.workspace.checked.settled", noted)
     text = FILES[name].replace(old, new)
     assert workspace.edit(tmp_path / name, text.encode()) is Extent.DECLARATIONS
     (plan,) = plans

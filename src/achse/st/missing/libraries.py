@@ -66,7 +66,7 @@ _NAMES: Mapping[str, str] = {
 }
 """Patterns of the names in a library, as public projects use them."""
 
-_OF_DEVICES = LibraryReference("process data of devices", "", "", {})
+OF_DEVICES = LibraryReference("process data of devices", "", "", {})
 """Types that the development system makes of the process data of EtherCAT slaves: a copy of a
 project often lacks them."""
 
@@ -179,21 +179,30 @@ def missing_libraries(
     strangers = [item for item in references if not is_known(item)]
     uses: dict[str, dict[str, dict[str, None]]] = {item.title: {} for item in references}
     patterns = [(item.title, name_pattern(item)) for item in references]
+    titles: dict[str, tuple[str, ...]] = {}
+    """Of each word the libraries that may have it, if nothing declares it."""
     for parsed in sources:
         text = _code(parsed.source.text)
         words: dict[str, None] = dict.fromkeys(_WORD.findall(text))
-        for title, pattern in patterns:
-            matches = {word: None for word in words if pattern.fullmatch(word)}
-            matches = {word: None for word in matches if not is_declared(word)}
-            if len(strangers) == 1 and strangers[0].title == title:
-                others = [p for t, p in patterns if t != title]
-                matches |= {
-                    word: None
-                    for word in words
-                    if word.lower() in doubtful and not any(p.fullmatch(word) for p in others)
-                }
-            if matches:
-                uses[title][parsed.source.path] = matches
+        matches: dict[str, dict[str, None]] = {}
+        for word in words:
+            if word not in titles:
+                alike = tuple(title for title, pattern in patterns if pattern.fullmatch(word))
+                titles[word] = () if alike and is_declared(word) else alike
+            for title in titles[word]:
+                matches.setdefault(title, {})[word] = None
+        if len(strangers) == 1:
+            title = strangers[0].title
+            others = [p for t, p in patterns if t != title]
+            more: dict[str, None] = {
+                word: None
+                for word in words
+                if word.lower() in doubtful and not any(p.fullmatch(word) for p in others)
+            }
+            matches[title] = {**matches.get(title, {}), **more}
+        for title, names in matches.items():
+            if names:
+                uses[title][parsed.source.path] = names
     return tuple(
         MissingLibrary(
             item,
@@ -211,8 +220,8 @@ def lacking_libraries(
 ) -> tuple[MissingLibrary, ...]:
     """Return the libraries that come with achse and lack names that are used, by the form of the
     names: some of these may be variables."""
-    libraries = missing_libraries((*references, _OF_DEVICES), {}, sources, (), is_declared)
-    return tuple(replace(item, is_here=True) for item in libraries if item.uses)
+    matches = missing_libraries((*references, OF_DEVICES), {}, sources, (), is_declared)
+    return tuple(replace(item, is_here=True) for item in matches if item.uses)
 
 
 def is_known(reference: LibraryReference) -> bool:

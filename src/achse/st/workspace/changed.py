@@ -156,8 +156,8 @@ def unchanged_parts(before: Unit, after: Unit) -> frozenset[str]:
     return frozenset(found)
 
 
-def words_in(tree: Any) -> Iterator[str]:
-    """Words of a syntax tree, in lower case, without bodies and comments."""
+def words_in(tree: Any, *, is_code: bool = False) -> Iterator[str]:
+    """Words of a syntax tree, in lower case, without comments; those of bodies with `is_code`."""
     waiting: list[Any] = [tree]
     while waiting:
         tree = waiting.pop()
@@ -168,7 +168,8 @@ def words_in(tree: Any) -> Iterator[str]:
         elif isinstance(tree, tuple):
             waiting += tree
         elif hasattr(tree, "__match_args__"):
-            waiting += [getattr(tree, name) for name in tree.__match_args__ if name != "body"]
+            names = (name for name in tree.__match_args__ if is_code or name != "body")
+            waiting += [getattr(tree, name) for name in names]
 
 
 _INSIDE = ("at", "body", "blocks", "parts")

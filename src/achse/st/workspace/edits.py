@@ -16,6 +16,7 @@ from achse.st.lexis.source import Diagnostic, Source
 from achse.st.syntax.parser import Parsed
 from achse.st.syntax.tree import ArrayOf, NamedType, StringOf, TypeSpec, VarBlock
 from achse.st.syntax.units import Accessor, Function, Method
+from achse.st.workspace.changed import words_in
 
 _NAMED_FILES = re.compile(rb"<(Compile|Folder)\b[^>]*?(?:/>|>.*?</\1>)", re.DOTALL)
 """Files and folders in a `.plcproj`."""
@@ -58,6 +59,17 @@ class BodyEdit:
         if at is None or (last is None) != (origin.end is None):
             return None
         return self.kept.fault(at, origin.message, finding.code, None if last is None else last + 1)
+
+    def words(self) -> set[str]:
+        """Return the words of the bodies and variables that change, before and after, in lower
+        case."""
+        found: set[str] = set()
+        for pair in self.pairs:
+            for name in ("body", "blocks"):
+                before, after = (getattr(one, name, None) for one in pair)
+                if before != after:
+                    found.update(words_in((before, after), is_code=True))
+        return found
 
     def make(self) -> list[Any]:
         """Put places, local variables and bodies into the kept trees; return the routines with

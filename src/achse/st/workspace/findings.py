@@ -3,8 +3,11 @@
 from collections.abc import Iterable
 from typing import NamedTuple
 
+from achse.st.check.reached import faults_by_reach
+from achse.st.check.warm import WarmChecking
 from achse.st.lexis.source import Diagnostic, SourceError
 from achse.st.project import Project
+from achse.st.reach import Reach
 from achse.st.typed.project import TypedProject
 
 
@@ -26,6 +29,24 @@ def findings_of(
         typed.warnings,
         () if check_all else [*project.unreached, *typed.unreached],
     )
+
+
+def findings_by_reach(
+    faults: Iterable[Diagnostic], checking: WarmChecking, reach: Reach
+) -> tuple[ProjectFindings, list[Diagnostic]]:
+    """Return the findings of a check, with `faults` of declarations, and the faults that no task
+    reaches."""
+    errors, unreached = reach.findings(faults)
+    further, every = faults_by_reach(
+        sorted_faults(checking), checking.faulty_routines, reach, tuple(unreached)
+    )
+    found = sorted_findings([*errors, *further], checking.warnings, [*unreached, *every])
+    return found, list(every)
+
+
+def sorted_faults(checking: WarmChecking) -> tuple[Diagnostic, ...]:
+    """Return the faults that a check found, by their places."""
+    return tuple(sorted(dict.fromkeys(checking.faults), key=lambda one: one.location))
 
 
 def sorted_findings(
