@@ -64,6 +64,21 @@ def test_a_file_outside_of_all_folders_is_its_own_project(tmp_path: Path) -> Non
     assert projects.of(tmp_path / "notes.txt") == []
 
 
+def test_a_file_that_no_project_names_is_one_while_it_is_open(tmp_path: Path) -> None:
+    (tmp_path / "Plc.plcproj").write_text(
+        '<Project><ItemGroup><Compile Include="a.st"/></ItemGroup></Project>'
+    )
+    (tmp_path / "a.st").write_text("PROGRAM MAIN\nEND_PROGRAM\n")
+    spare = tmp_path / "b.st"
+    spare.write_text("FUNCTION F : T_Nothing\nEND_FUNCTION\n")
+    projects = Projects([tmp_path])
+    projects.edit({spare: spare.read_bytes()})
+    assert spare in projects.findings()
+    projects.close(spare)
+    assert not projects.findings()
+    assert [one.path.name for one in projects] == ["Plc.plcproj"]
+
+
 def test_open_texts_count_in_projects_that_are_loaded_later(tmp_path: Path) -> None:
     folder = write_project(tmp_path)
     projects = Projects([folder])

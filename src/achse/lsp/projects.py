@@ -38,6 +38,8 @@ class Projects:
         self._defines = tuple(defines)
         self._workspaces: dict[str, Workspace] = {}
         self._contents: dict[str, tuple[Path, bytes]] = {}
+        self._alone: set[str] = set()
+        """Projects of one file each, which is open and in no other."""
 
     def __iter__(self) -> Iterator[Workspace]:
         return iter(list(self._workspaces.values()))
@@ -69,6 +71,7 @@ class Projects:
         place, libraries = self._nearest(file)
         found = self._loaded(place, libraries)
         if not found.has(file) and place != file and file.is_file():
+            self._alone.add(file_key(file))
             found = self._loaded(file, ())
         return [found]
 
@@ -111,10 +114,12 @@ class Projects:
             workspace.edit_all(contents)
 
     def close(self, file: Path) -> None:
-        """Go back to the content that a file has on disk; forget one outside of all folders."""
+        """Go back to the content that a file has on disk; forget one that is in no project."""
         key = file_key(file)
         self._contents.pop(key, None)
-        if not any(Path(key).is_relative_to(folder) for folder in self.folders):
+        is_inside = any(Path(key).is_relative_to(folder) for folder in self.folders)
+        if key in self._alone or not is_inside:
+            self._alone.discard(key)
             self._workspaces.pop(key, None)
         for workspace in self:
             workspace.close(file)
