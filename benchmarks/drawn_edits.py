@@ -4,8 +4,9 @@ The project is copied; without a folder it is made up, of that many sources. Dra
 declarations, signatures, names of units, members, whole files, references of libraries, syntax that
 is broken and parts of the XML. Edits pile up until three files are other than at first, so that
 findings come and go. Printed are the kinds, how far each edit reached, and the processor time of
-the warm and of the cold checks. Ends with 1 if one edit has other findings than the cold check.
-Usage: python benchmarks/drawn_edits.py [SOURCES|FOLDER] [EDITS] [SEED]
+the warm and of the cold checks. With EVERY only each so many edits are compared. Ends with 1 if one
+has other findings than the cold check; the same SEED draws the same edits again.
+Usage: python benchmarks/drawn_edits.py [SOURCES|FOLDER] [EDITS] [SEED] [EVERY]
 """
 
 import random
@@ -312,7 +313,7 @@ class ColdCheck:
         return found, list(lint(project.sources, project.declarations, typed, rules))
 
 
-def compare(root: Path, edits: int, seed: int) -> int:
+def compare(root: Path, edits: int, seed: int, every: int) -> int:
     """Draw edits of a project; return how many have other findings than a cold check."""
     draw = random.Random(seed)
     project = DrawnProject(root, draw)
@@ -322,18 +323,23 @@ def compare(root: Path, edits: int, seed: int) -> int:
     cold = ColdCheck(project.place)
     kinds, reaches = Counter[str](), Counter[str]()
     warm_seconds = cold_seconds = 0.0
-    differing = 0
+    compared = differing = 0
     for number in range(edits):
         start = time.process_time()
         kind, reach = project.edit(workspace)
-        linted = number % 8 == 0
+        linted = number % (8 * every) == 0
         lint_findings = list(workspace.lint()) if linted else None
         middle = time.process_time()
-        expected = cold.findings(project.texts, linted=linted)
         warm_seconds += middle - start
-        cold_seconds += time.process_time() - middle
         kinds[kind] += 1
         reaches[reach] += 1
+        if number % every:
+            continue
+        expected = cold.findings(project.texts, linted=linted)
+        cold_seconds += time.process_time() - middle
+        compared += 1
+        if number % 100 == 0:
+            print(f"  {number + 1} edits, {differing} differ", flush=True)
         if (workspace.findings, lint_findings) != expected:
             differing += 1
             print(f"edit {number}, {kind}, reached {reach}: other findings than a cold check")
@@ -342,7 +348,7 @@ def compare(root: Path, edits: int, seed: int) -> int:
     print(f"{edits} edits: {dict(kinds)}")
     print(f"reached: {dict(reaches)}")
     print(f"processor: {warm_seconds:.1f} s warm, {cold_seconds:.1f} s cold")
-    print(f"{differing} with other findings than a cold check")
+    print(f"{compared} compared, {differing} with other findings than a cold check")
     return differing
 
 
@@ -359,6 +365,7 @@ def main() -> int:
     given = sys.argv[1] if len(sys.argv) > 1 else "800"
     edits = int(sys.argv[2]) if len(sys.argv) > 2 else 1_000
     seed = int(sys.argv[3]) if len(sys.argv) > 3 else 7
+    every = int(sys.argv[4]) if len(sys.argv) > 4 else 1
     with tempfile.TemporaryDirectory() as folder:
         root = Path(folder).resolve() / "project"
         if given.isdigit():
@@ -367,7 +374,7 @@ def main() -> int:
         else:
             shutil.copytree(given, root)
         print(f"{given}, seed {seed}")
-        return bool(compare(root, edits, seed))
+        return bool(compare(root, edits, seed, every))
 
 
 if __name__ == "__main__":
