@@ -63,7 +63,7 @@ UNIT = NAMES.scopes.entries["fb"]
     ],
 )  # fmt: skip
 def test_a_path_to_an_enumeration_is_found(path: str) -> None:
-    found = TYPES.enumeration_of(parse_expression(path), CHAIN, UNIT)
+    found = TYPES.values_of(parse_expression(path), CHAIN, UNIT)
     assert found is not None
     assert found.name == "E_State"
 
@@ -76,12 +76,11 @@ def test_a_path_to_an_enumeration_is_found(path: str) -> None:
     ],
 )  # fmt: skip
 def test_other_paths_have_no_enumeration(path: str) -> None:
-    assert TYPES.enumeration_of(parse_expression(path), CHAIN, UNIT) is None
+    assert TYPES.values_of(parse_expression(path), CHAIN, UNIT) is None
 
 
 def test_instances_of_blocks_are_known() -> None:
     (variables, *_) = CHAIN
-    blocks = {key for key, each in variables.items() if TYPES.is_block(each.declaration, "")}
-    assert blocks == {"fb"}
-    perhaps = {key for key, each in variables.items() if TYPES.may_be_block(each.declaration, "")}
-    assert perhaps == blocks
+    declared = {key: each.declaration for key, each in variables.items()}
+    assert [key for key, each in declared.items() if TYPES.may_be_block(each, "")] == ["fb"]
+    assert not any(TYPES.takes_several_calls(each, "") for each in declared.values())

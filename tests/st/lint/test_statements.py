@@ -6,7 +6,7 @@ from tests.st.lint.conftest import Linted
 
 HEAD = (
     "TYPE E : (Idle, Run := 5, Stop); END_TYPE FUNCTION F : INT VAR_INPUT a, b : BOOL; n : INT;"
-    " e : E; END_VAR\n"
+    " e : E; END_VAR VAR m : (Low, Mid := 4, High); s : USINT(1..3); END_VAR\n"
 )
 
 
@@ -26,6 +26,11 @@ def body(linted: Linted, statements: str) -> list[str]:
         ("CASE e OF E.Idle: F := 1; ELSE END_CASE", []),
         ("CASE e OF E.Idle, E.Run, E.Stop: F := 1; END_CASE", []),
         ("CASE e OF Idle..Stop: F := 1; END_CASE", []),
+        ("CASE m OF Low: F := 1; Mid, High: F := 2; END_CASE", []),
+        ("CASE m OF 0: F := 1; High: F := 2; END_CASE",
+         ["2: LT3002 this CASE has no ELSE, and leaves out of its values: Mid"]),
+        ("CASE s OF 1: F := 1; 2..3: F := 2; END_CASE", []),
+        ("CASE s OF 1: F := 1; 3: F := 2; END_CASE", ["2: LT3001 this CASE has no ELSE"]),
         ("CASE e OF 0, 5: F := 1; E#Stop: F := 2; END_CASE", []),
         (
             "CASE e OF E.Run: F := 1; END_CASE",

@@ -120,3 +120,24 @@ def test_an_unknown_type_may_be_a_block(linted: Linted) -> None:
     text = "TYPE T_Alias : INT; END_TYPE FUNCTION_BLOCK FB VAR {} END_VAR END_FUNCTION_BLOCK"
     assert linted(text.format("a : FB_Nowhere; b : ARRAY [0..1] OF Nowhere;")) == []
     assert len(linted(text.format("a : T_Alias; b : ARRAY [0..1] OF T_MaxString; c : INT;"))) == 3
+
+
+@pytest.mark.parametrize(
+    ("declared", "is_found"),
+    [
+        ("VAR_OUTPUT nText : INT; END_VAR", False),
+        ("VAR_OUTPUT bBusy : BOOL; END_VAR", True),
+        ("VAR tDelay : TON; END_VAR", True),
+        ("VAR aInner : ARRAY [1..2] OF FB_Edge; END_VAR", True),
+        ("VAR pOther : POINTER TO FB_Edge; END_VAR", False),
+    ],
+)
+def test_an_instance_that_needs_one_call_may_start_again(
+    linted: Linted, declared: str, is_found: bool
+) -> None:
+    blocks = f"""FUNCTION_BLOCK FB_Edge VAR rt : R_TRIG; END_VAR END_FUNCTION_BLOCK
+FUNCTION_BLOCK FB_Maker {declared} END_FUNCTION_BLOCK
+FUNCTION_BLOCK FB_Derived EXTENDS FB_Maker END_FUNCTION_BLOCK
+FUNCTION F : INT VAR fb : FB_Derived; END_VAR F := 1; END_FUNCTION
+"""
+    assert bool(linted(blocks, "LT1005")) is is_found

@@ -1,8 +1,9 @@
 """Declared types of paths in bodies, as far as names alone tell them."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
+from achse.iec.derived import SubrangeType
 from achse.iec.enums import EnumType
 from achse.iec.names import ELEMENTARY
 from achse.st.declared.scopes import DeclaredUnit, Scopes, with_bases
@@ -12,15 +13,18 @@ from achse.st.syntax.tree import (
     Call,
     Declaration,
     Dereference,
+    EnumOf,
     Expression,
     GlobalName,
     Index,
+    Literal,
     Member,
     Name,
     NamedType,
     PointerTo,
     ReferenceTo,
     StructOf,
+    Subrange,
     This,
     TypeSpec,
     UnionOf,
@@ -36,6 +40,13 @@ from achse.st.syntax.units import (
 )
 
 _MOST_ALIASES = 20
+_OF_SEVERAL_CALLS = frozenset(
+    ("ton", "tof", "tp", "lton", "ltof", "ltp", "r_trig", "f_trig", "ctu", "ctd", "ctud")
+)
+"""Blocks of the standard that compare a call with those before."""
+_UNFINISHED = frozenset(("busy", "done", "active", "commandaborted"))
+"""Outputs of blocks that work over several calls, apart from a `b` in front."""
+_MOST_VALUES = 1_000
 _MOST_TYPES = 1_000
 """Most types of members that are looked at for a default."""
 
@@ -45,6 +56,14 @@ class DeclaredType(NamedTuple):
 
     spec: TypeSpec
     space: str
+
+
+class CaseValues(NamedTuple):
+    """All values of a type: numbers by their names, which of a range are the numbers themselves."""
+
+    name: str
+    """Of an enumeration; empty of a range."""
+    numbers: Mapping[str, int]
 
 
 class DeclaredTypes:
@@ -85,13 +104,34 @@ class DeclaredTypes:
         entry = self.unit_of(DeclaredType(spec, space))
         return entry is None or isinstance(entry.tree, FunctionBlock)
 
-    def is_block(self, declaration: Declaration, space: str) -> bool:
-        """Return True if a variable is an instance of a function block, or an array of them."""
-        spec = _element(declaration.type)
-        if not isinstance(spec, NamedType):
-            return False
-        entry = self.unit_of(DeclaredType(spec, space))
-        return entry is not None and isinstance(entry.tree, FunctionBlock)
+    def takes_several_calls(self, declaration: Declaration, space: str) -> bool:
+        """Return True if a variable is an instance of a block, or an array of them, that is done
+        after some calls: a timer, counter or edge, one that says so by an output, or one with such
+        instances inside."""
+        waiting, seen = [DeclaredType(_element(declaration.type), space)], set[str]()
+        while waiting and len(seen) < _MOST_TYPES:
+            entry = self._block(waiting.pop())
+            if entry is None or entry.name.lower() in seen:
+                continue
+            seen.add(entry.name.lower())
+            tree = entry.tree
+            assert isinstance(tree, FunctionBlock)
+            if entry.name.lower() in _OF_SEVERAL_CALLS:
+                return True
+            for block in tree.blocks:
+                for item in block.variables:
+                    names = {one.name.lower().removeprefix("b") for one in item.names}
+                    if block.section == "VAR_OUTPUT" and not names.isdisjoint(_UNFINISHED):
+                        return True
+                    waiting.append(DeclaredType(_element(item.type), entry.space))
+            if tree.extends is not None:
+                waiting.append(DeclaredType(tree.extends, entry.space))
+        return False
+
+    def _block(self, type: DeclaredType) -> DeclaredUnit | None:
+        """Return the function block that a type is; None of others."""
+        entry = self.unit_of(type) if isinstance(type.spec, NamedType) else None
+        return entry if entry is not None and isinstance(entry.tree, FunctionBlock) else None
 
     def has_default(self, declaration: Declaration, space: str) -> bool:
         """Return True if the type of a variable begins with another value than 0."""
@@ -115,13 +155,22 @@ class DeclaredTypes:
                         waiting.append(DeclaredType(tree.extends, entry.space))
         return True  # too many to look at
 
-    def enumeration_of(
+    def values_of(
         self, path: Expression, chain: Sequence[Mapping[str, TrackedVariable]], unit: DeclaredUnit
-    ) -> EnumType[Any] | None:
-        """Return the enumeration that a path has values of, in a body of a unit."""
-        entry = self.unit_of(self.type_of(path, chain, unit))
+    ) -> CaseValues | None:
+        """Return the values that a path can have in a body of a unit: those of an enumeration or of
+        a short range. None if there are more, or if its declaration does not tell them."""
+        found = self.type_of(path, chain, unit)
+        if found is not None and isinstance(found.spec, EnumOf):
+            return _values_in(found.spec)
+        if found is not None and isinstance(found.spec, Subrange):
+            limits = found.spec.limits
+            return _values_between(_number(limits.low), _number(limits.high))
+        entry = self.unit_of(found)
         type = None if entry is None else entry.type
-        return type if isinstance(type, EnumType) else None
+        if isinstance(type, EnumType):
+            return CaseValues(type.name, type.numbers)
+        return _values_between(type.low, type.high) if isinstance(type, SubrangeType) else None
 
     def type_of(
         self, path: Expression, chain: Sequence[Mapping[str, TrackedVariable]], unit: DeclaredUnit
@@ -226,3 +275,30 @@ def _element(spec: TypeSpec) -> TypeSpec:
     while isinstance(spec, ArrayOf):
         spec = spec.element
     return spec
+
+
+def _values_in(spec: EnumOf) -> CaseValues | None:
+    """Return the values of an enumeration where a variable is declared; None if other constants
+    tell its numbers."""
+    numbers: dict[str, int] = {}
+    following = 0
+    for item in spec.values:
+        number = following if item.value is None else _number(item.value)
+        if number is None:
+            return None
+        numbers[item.name] = number
+        following = number + 1
+    return CaseValues("its values", numbers)
+
+
+def _values_between(low: int | None, high: int | None) -> CaseValues | None:
+    if low is None or high is None or high - low >= _MOST_VALUES:
+        return None
+    return CaseValues("", {str(number): number for number in range(low, high + 1)})
+
+
+def _number(tree: Expression) -> int | None:
+    """Return the number that is written; None of another constant."""
+    if isinstance(tree, Literal) and tree.kind == "integer" and tree.text.isdecimal():
+        return int(tree.text)
+    return None

@@ -135,11 +135,11 @@ class _Rules:
     def _check_cases(self, tree: Case) -> None:
         if tree.otherwise or tree.has_empty_else:
             return
-        enum = self._types.enumeration_of(tree.selector, self._chain, self._unit)
-        if enum is None:
+        known = self._types.values_of(tree.selector, self._chain, self._unit)
+        if known is None:
             self._add(Code.MISSING_ELSE, tree.at, "this CASE has no ELSE")
             return
-        numbers = {name.lower(): number for name, number in enum.numbers.items()}
+        numbers = {name.lower(): number for name, number in known.numbers.items()}
         taken: set[int] = set()
         for choice in tree.choices:
             for label in choice.labels:
@@ -147,10 +147,12 @@ class _Rules:
                 if values is None:
                     return  # a constant of another kind
                 taken.update(values)
-        missing = [name for name, number in enum.numbers.items() if number not in taken]
-        if missing:
+        missing = [name for name, number in known.numbers.items() if number not in taken]
+        if missing and not known.name:
+            self._add(Code.MISSING_ELSE, tree.at, "this CASE has no ELSE")
+        elif missing:
             shown = ", ".join(missing[:_MOST_NAMED]) + ", …" * (len(missing) > _MOST_NAMED)
-            message = f"this CASE has no ELSE, and leaves out of {enum.name}: {shown}"
+            message = f"this CASE has no ELSE, and leaves out of {known.name}: {shown}"
             self._add(Code.MISSING_CASES, tree.at, message)
 
 

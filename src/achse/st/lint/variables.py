@@ -147,11 +147,11 @@ def _check_shadow(
 
 
 def _check_instance(variable: TrackedVariable, types: DeclaredTypes, report: LintReport) -> None:
-    """An instance of a block that starts again with each call."""
+    """An instance of a block that needs several calls, and starts again with each of its own."""
     section = variable.block.section
     in_call = isinstance(variable.owner, Function | Method | Accessor)
     if section != "VAR_TEMP" and not (in_call and section == "VAR"):
         return
-    if types.is_block(variable.declaration, variable.entry.space):
+    if types.takes_several_calls(variable.declaration, variable.entry.space):
         message = f"'{variable.name.name}' is an instance that starts again with each call"
         report.add(Code.TEMPORARY_INSTANCE, variable.source, variable.name.at, message)
