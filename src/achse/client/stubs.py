@@ -204,7 +204,7 @@ class _Module:
             listed.setdefault(name.partition(".")[0], {})[name] = kind
         for program in self.programs:
             listed.setdefault(program, {})
-        attributes = {}
+        attributes: dict[str, str] = {}
         for unit, items in listed.items():
             own = _unlike(_identifier(unit) if unit else "globals_", attributes)
             # Python changes a name with two underscores in front within a class

@@ -74,7 +74,7 @@ def text_with(names: dict[str, str]) -> str:
 def results(names: dict[str, str], form: CodeForm = BEST) -> list[object]:
     ran = Ran(text_with(names), form).cycle(3)
     assert ran.plc.state is PlcState.RUN, ran.plc.fault
-    return [len(ran.kept_plain), *(values(ran[names[role]]) for role in SHOWN)]
+    return [len(ran.plain_routines), *(values(ran[names[role]]) for role in SHOWN)]
 
 
 def values(found: object) -> object:

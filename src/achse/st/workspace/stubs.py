@@ -11,7 +11,7 @@ from collections.abc import Collection, Iterable
 
 from achse.st.check.warm import WarmChecking
 from achse.st.lexis.codes import Code
-from achse.st.missing import OF_DEVICES, name_pattern
+from achse.st.missing.libraries import OF_DEVICES, name_pattern
 from achse.st.project import ProjectFiles
 from achse.st.syntax.parser import Parsed
 from achse.st.syntax.units import GlobalList
