@@ -52,8 +52,7 @@ _ERROR, _ID_LOADED = 0x0010, 0x0020
 
 _Action: TypeAlias = "Callable[[Esc, int, int], None]"
 _ACTIONS: dict[Register, _Action] = {}
-"""Actions after a register was written, by register; arguments are the first and the last byte
-written."""
+"""Actions after writing a register; arguments are the first and the last byte written."""
 
 
 def _when_written(*registers: Register) -> Callable[[_Action], _Action]:

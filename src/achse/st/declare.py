@@ -70,7 +70,7 @@ class Declarations:
         return [*self.globals.values(), *self.programs.values()]
 
 
-Routine: TypeAlias = Function | Method | Accessor
+RoutineTree: TypeAlias = Function | Method | Accessor
 
 
 def declare(
@@ -153,7 +153,7 @@ def declare_again(
     return _Declarer(names).declare(units)
 
 
-def has_good_locals(names: Resolver, entry: DeclaredUnit, routine: Routine) -> bool:
+def has_good_locals(names: Resolver, entry: DeclaredUnit, routine: RoutineTree) -> bool:
     """Declare the variables of a routine of a unit once more; return True if they have no fault.
 
     What is at fault is reported then.

@@ -54,7 +54,7 @@ Seen: TypeAlias = Mapping[str, tuple[object, ...]]
 
 
 class ChangedNames(NamedTuple):
-    """What an edit changes, all in lower case."""
+    """Names and parts that an edit changes, all in lower case."""
 
     names: set[str]
     """Names that mean something else, those in front of a dot with it."""
@@ -205,7 +205,7 @@ def differing(before: Unit, after: Unit) -> Collection[str] | None:
 
 
 def _head(unit: Any) -> list[object]:
-    """What a unit says of itself: its name first."""
+    """Return the declaration of a unit, its name first."""
     if isinstance(unit, TypeDeclaration):
         return [
             unit.name,

@@ -33,7 +33,7 @@ class RoutinePlan(NamedTuple):
     again: list[Signature]
     """To check again, in units that are not declared again."""
     kept: list[Signature]
-    """That have the same findings, in units that are."""
+    """Routines with the same findings, in units that are declared again."""
 
 
 def plan_routines(
