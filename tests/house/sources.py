@@ -48,6 +48,9 @@ class Module:
     imported: set[tuple[str, str]] = field(default_factory=set)
     """Module and name of each `from … import …`."""
 
+    bound: dict[str, int] = field(default_factory=dict)
+    """Line of each name of a function, class, parameter, variable or attribute: the last one."""
+
 
 def read_module(text: str) -> Module:
     """Parse the text of a module, and walk its tree once."""
@@ -70,8 +73,18 @@ def read_module(text: str) -> Module:
             owner = node.value
             name = owner.attr if isinstance(owner, ast.Attribute) else getattr(owner, "id", "")
             module.attributes.add((name, node.attr))
+            if type(node.ctx) is ast.Store:
+                module.bound[node.attr] = node.lineno
+        elif kind is ast.Name:
+            if type(node.ctx) is ast.Store:
+                module.bound[node.id] = node.lineno
+        elif kind is ast.arg:
+            module.bound[node.arg] = node.lineno
+        elif kind is ast.ClassDef:
+            module.bound[node.name] = node.lineno
         elif kind is ast.FunctionDef or kind is ast.AsyncFunctionDef:
             module.functions.append(NamedFunction(node.name, node.lineno, len(node.args.args)))
+            module.bound[node.name] = node.lineno
         elif kind is ast.ImportFrom:
             module.imported.update((node.module or "", alias.name) for alias in node.names)
     return module
