@@ -1,7 +1,7 @@
 """The kernel in machine code: drives in one memory, which do their steps in one call.
 
 A drive of a bank only notes that a step is postponed. The first read of any of them, by the master
-or by anyone else, makes all drives do their postponed steps.
+or by another caller, makes all drives do their postponed steps.
 """
 
 from collections.abc import Callable

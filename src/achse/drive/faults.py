@@ -106,5 +106,5 @@ class FaultSwitches:
         self._record.yaw_alarm = int(on)
 
     def local_control(self, on: bool = True) -> None:
-        """Somebody operates the drive at its panel: it leaves communication for Init (0x8000)."""
+        """A user operates the drive at its panel: it leaves communication for Init (0x8000)."""
         self._drive.local = on

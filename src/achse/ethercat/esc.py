@@ -593,7 +593,7 @@ class Esc:
 
 
 def _nothing() -> None:
-    """Nobody listens yet."""
+    """Ignore an event: there is no listener yet."""
 
 
 def _plain(first: int, end: int) -> None:

@@ -45,7 +45,7 @@ class Addressing(IntEnum):
 
 
 class DatagramCommand(IntEnum):
-    """The datagram commands (001 table 2.3.1.1): who is addressed, who reads, who writes."""
+    """The datagram commands (001 table 2.3.1.1): addressing, and read or write."""
 
     addressing: Addressing
     reads: bool

@@ -1,6 +1,6 @@
 """Members of enumerations in plain kernels, looked up once instead of each time.
 
-`phase == MotionPhase.HOMING` costs 80 ns in Python 3.11 and a number 14; a kernel asks that some
+`phase == MotionPhase.HOMING` costs 80 ns in Python 3.11 and a number 14; a kernel compares some
 fifty times per axis and cycle. So what a kernel reaches is changed in place: where its byte code
 loads a member of an enumeration of numbers, it loads the number. A Python whose byte code is not
 known here runs the functions as they are.

@@ -82,7 +82,7 @@ class ModbusDevice(Device):
                     " UINT32 timeout ms, UINT16 address, UINT16 quantity or value, UINT16 write"
                     " address, UINT16 write quantity, UINT32 bytes, data",
                     response="data, registers with the low byte first",
-                    description="Asks a Modbus device; offset 0 TCP, 1 UDP.",
+                    description="Queries a Modbus device; offset 0 TCP, 1 UDP.",
                     source="achse",
                 ),
             ),

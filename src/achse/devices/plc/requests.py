@@ -137,7 +137,7 @@ class PlcRequests:
             self._router.deliver(frame)
 
     def forget(self) -> None:
-        """Nobody wants an answer any more: variables begin again, or their places changed."""
+        """Drop all answers: variables begin again, or their places changed."""
         self._open.clear()
         self._out.clear()
         self.indications.forget()

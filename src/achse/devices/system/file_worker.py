@@ -31,7 +31,7 @@ _PATIENCE = 1.0
 
 
 def _no_client(_: Result) -> None:
-    """Nobody wants to know the result."""
+    """Drop the result: the client is gone."""
 
 
 class FileWorker:

@@ -13,7 +13,7 @@ class Role(Enum):
 
     PARAMETER = "configured, written by parameter services"
     INPUT = "written each PLC cycle or by functions, read by the kernel"
-    STATE = "written by the kernel, read by everybody"
+    STATE = "written by the kernel, read by all"
     INTERNAL = "the kernel's own memory"
 
 

@@ -1,6 +1,6 @@
 """Values that are only shown: computed from the record when they are read.
 
-Nobody in the kernel reads them, so a cycle does not compute them. They are fields like others
+The kernel does not read them, so a cycle does not compute them. They are fields like others
 (`achse.motion.record.FIELDS`), without a place in a record.
 """
 

@@ -32,7 +32,7 @@ class Characteristics:
         self._valves: list[tuple[Any, list[CurveSpan]]] = []
         """Valves whose curve is that of their drive's table at the start, inverted."""
         self.laid_out: Callable[[], None] = lambda: None
-        """Told when `spans` are others."""
+        """Called after `spans` have changed."""
 
     def user_count(self, table_id: int) -> int:
         """Return the number of drives and simulated valves that use a table."""

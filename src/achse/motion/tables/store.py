@@ -66,7 +66,7 @@ class Tables:
         self._newest: dict[tuple[int, int], int] = {}
         """Begin of the points of a changed motion function in `cams`."""
         self.laid_out: Callable[[], None] = lambda: None
-        """Told when `cams` are elsewhere; `characteristics.laid_out` when its curves are others."""
+        """Called after `cams` moved; `characteristics.laid_out` after its curves changed."""
 
     def __iter__(self) -> Iterator[Table]:
         return iter(self._tables.values())

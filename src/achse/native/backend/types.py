@@ -76,7 +76,7 @@ ADDRESS = MachineType("address", "ptr", 64, ctypes.c_void_p)
 class Operand:
     """A value in a function that is being written: its type and its name there.
 
-    Nobody changes one; it is not frozen because that makes it three times as slow to make.
+    It never changes; it is not frozen because that makes it three times as slow to make.
     """
 
     type: MachineType

@@ -97,7 +97,7 @@ class _PlannedPart:
 _PLAN, _POINT = struct.Struct("<4I"), struct.Struct("<3dII")
 _POINTS_AT_ONCE = 256
 _NO_POINTS = 0xFFFF_FFFF
-"""Asks for the first four numbers alone."""
+"""Length of a request for the first four numbers alone."""
 
 
 PROGRAM_STATES = (

@@ -34,7 +34,7 @@ class FlyingSawLimits(NamedTuple):
 
 
 class _Check(NamedTuple):
-    """Asked for by a bit: a value is not above its limit, but for the rounding of its size."""
+    """A check that a bit enables: a value is not above its limit, but for its rounding."""
 
     bit: SynchronisingBit
     value: float
