@@ -123,7 +123,7 @@ _NC: dict[NcError, str] = {
     NcError.FUNCTION_NOT_AVAILABLE: "check type and coupling of the axis: another one offers the"
     " function",
     NcError.SLAVE_TABLE_IN_USE: "decouple the slaves of the table first (`achse axis decouple`)",
-    NcError.AXIS_LOCKED_BY_STOP: "take back Execute of MC_Stop, or wait until the axis stands",
+    NcError.AXIS_LOCKED_BY_STOP: "take back Execute of MC_Stop, or wait for standstill",
     NcError.COMMAND_BUFFER_FULL: "wait until a buffered command begins: an axis buffers one",
     NcError.HOMING_CAM_NOT_FOUND: "check the reference cam, its input and the search direction",
     NcError.FOLLOWING_ERROR_POSITION: "look for a blocked or weak drive, lower the dynamics, or"

@@ -62,7 +62,7 @@ class LicenceDevice(Device):
                     "licences",
                     read=_modules,
                     response="UDINT count in 4 bytes; GUID, expiry, count, used, result, volume",
-                    description="With 4 bytes to read it is the number of licences, else all of them.",
+                    description="Number of licences if 4 bytes are read, else all licences.",
                 ),
                 *(
                     RawGroup(

@@ -98,7 +98,7 @@ class FaultSwitches:
         self._record.external_load = float(permille)
 
     def jam(self, on: bool = True) -> None:
-        """The machine is blocked where it stands, or free again."""
+        """The machine is blocked at its position, or free again."""
         self._record.jammed = int(on)
 
     def yaw_alarm(self, on: bool = True) -> None:

@@ -27,7 +27,7 @@ from achse.drive.supervision import standing_still
 
 _START = 0x10
 _STOP_PATIENCE = 0.5
-"""A stop counts as finished if the motor does not stand this long after its ramp, s."""
+"""A stop counts as finished if the motor is not at standstill this long after its ramp, s."""
 
 _COAST = 0
 _NOWHERE = -1e300

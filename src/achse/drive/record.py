@@ -6,7 +6,7 @@ list in a declaration is an array, copied for every record.
 
 Positions of objects are in inc (user increments), those of motor and machine in counts of the inner
 encoder, torques in thousandths of rated torque ("‰"), times in seconds, flags 0 or 1. An object
-whose value lives here names its field in its row (achse.drive.objects), with range and default.
+whose value is here names its field in its row (achse.drive.objects), with range and default.
 """
 
 from collections.abc import Callable, Sequence

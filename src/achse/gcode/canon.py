@@ -144,7 +144,7 @@ class ArcMove:
 
 @dataclass(frozen=True, slots=True)
 class DwellTime:
-    """G04: the path stands for this time after all before is done."""
+    """G04: the path rests for this time after all before is done."""
 
     origin: Origin
     seconds: float

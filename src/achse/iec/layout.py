@@ -1,4 +1,4 @@
-"""Memory layout: where the members of a structure lie.
+"""Memory layout: the places of the members of a structure.
 
 TwinCAT 3 aligns each member to its natural alignment, at most 8 (attribute `pack_mode` lowers
 that); TwinCAT 2 packs to 1 byte on x86 and to 4 on ARM. Consecutive BIT members share bytes.

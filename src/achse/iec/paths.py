@@ -249,7 +249,7 @@ def _next(location: ResolvedPath, step: Step) -> ResolvedPath:
                 attributes=member.attributes,
             )
         if member.apart:
-            raise IecPathError(f"{member.name} of {type.name} lies apart: it has no offset")
+            raise IecPathError(f"{member.name} of {type.name} is stored apart: it has no offset")
         return location._replace(
             type=member.type,
             offset=location.offset + member.offset,

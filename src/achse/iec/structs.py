@@ -485,8 +485,8 @@ def bind(
 ) -> None:
     """Give a record its memory: `size` bytes of `buffer` from `offset`.
 
-    `places` holds the variables that lie apart (`Variable.apart`), by name. Without a buffer the
-    record gets memory of its own with initial values, for trying out.
+    `places` holds the variables that are stored apart (`Variable.apart`), by name. Without a buffer
+    the record gets memory of its own with initial values, for trying out.
     """
     iec = type(record).__iec__
     if buffer is None:

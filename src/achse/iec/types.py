@@ -15,7 +15,7 @@ from achse.iec.errors import DeclarationError, IecDecodeError, IecValueError
 V = TypeVar("V")
 
 Buffer: TypeAlias = bytearray | memoryview
-"""Memory that variables live in."""
+"""Memory of variables."""
 
 DEEPEST_TYPE = 64
 """Levels of a type: members of members, elements of elements, aliases of aliases."""

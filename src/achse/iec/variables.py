@@ -80,7 +80,7 @@ class Image(bytes):
 
 
 class Place(NamedTuple):
-    """Memory of one variable that lies apart from its record: in an image or retained."""
+    """Memory of one variable that is stored apart from its record: in an image or retained."""
 
     buffer: Buffer
     offset: int

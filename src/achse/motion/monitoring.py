@@ -233,7 +233,7 @@ def _at_limit(ax: AxisFields) -> int:
 
 
 def _supervise_limits(ax: AxisFields, dt: float) -> None:
-    """Soft limits end every motion. A delayed reaction waits only where the axis stands by then."""
+    """Soft limits end every motion. A delayed reaction waits only if the axis rests by then."""
     where = _at_limit(ax)
     if ax.compensating or not goes_alone(ax) or UNPLANNED[ax.set_motion_phase]:
         ahead = running_into(ax, ax.set.velocity, dt)

@@ -28,7 +28,7 @@ class RetainedState:
         """Let a new axis begin there.
 
         With persistent data (0x4000:0x30) it knows its position and the homed flag; else it has
-        forgotten both and counts from 0 where its machine stands.
+        forgotten both and counts from 0 at the present position of its machine.
         """
         if self.zeros:
             place_machine(axis.machine, -self.zeros[0] * axis.encoders[0].sensor.way)

@@ -170,7 +170,7 @@ def lay_out(
             if isinstance(declared, list):
                 row = kind(declared[0], len(declared))
             else:
-                # a class may stand in several records, at another place in each
+                # a class may be in several records, at another place in each
                 row = replace(declared) if isinstance(declared, kind) else kind(declared)
             if row.holds is not None and any(each.refers for each in row.holds.fields.values()):
                 raise TypeError(f"field {field!r} holds a record that refers to others")

@@ -72,7 +72,7 @@ def shown(row: NcRow, field: str = "", *, prefix: str = "") -> Service:
 
 
 Place = Callable[[Axis | AxisPart, int], Cell | None]
-"""Finds where so many bytes of a value lie; None where only a function reads it."""
+"""Finder of the place of so many bytes of a value; None where only a function reads it."""
 
 
 def _sample(name: str, codec: Codec) -> Place | None:

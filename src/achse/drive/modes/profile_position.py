@@ -112,7 +112,7 @@ def _next(d: DriveFields) -> None:
 
 
 def _look_ahead(d: DriveFields) -> None:
-    """Pass the running set point at speed if the next one lies further in the same direction."""
+    """Pass the running set point at speed if the next one is further in the same direction."""
     way = d.setpoint_target - d.demand
     further = d.buffer_target[0] - d.setpoint_target
     if way * further > 0.0:

@@ -334,7 +334,7 @@ COMMUNICATION = (
         maximum=15,
         stored=True,
     ),
-    _fixed(0x10F3, 0, "Diagnosis history: Number of entries", _U8, 5, "The flags stand last."),
+    _fixed(0x10F3, 0, "Diagnosis history: Number of entries", _U8, 5, "The flags are last."),
     ObjectRow(
         0x10F3,
         5,

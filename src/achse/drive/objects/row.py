@@ -1,4 +1,4 @@
-"""Object rows: one entry of the object dictionary, and where its value lives.
+"""Object rows: one entry of the object dictionary, and the place of its value.
 
 A row is the entry's number, name, type, access, PDO mappability, unit, range, default and meaning;
 SDO access, PDO mapping, SDO information, ESI, CLI and tests walk the same rows. Its value is a

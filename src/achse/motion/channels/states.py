@@ -49,7 +49,7 @@ class InterpreterEvent(Enum):
     STOP = "stop was commanded"
     STOPPED = "the axes are at rest after a stop"
     RESET = "reset was commanded"
-    WAS_RESET = "the axes stand, errors are reset"
+    WAS_RESET = "the axes are at standstill, errors are reset"
 
 
 class ProgramMode(IntEnum):

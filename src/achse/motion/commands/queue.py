@@ -25,7 +25,7 @@ def sign(value: float) -> float:
 
 
 def heading(axis: Axis) -> float:
-    """Direction of travel; where the set point stands (override zero), of the job."""
+    """Direction of travel; where the set point is at standstill (override zero), of the job."""
     if axis.set.velocity != 0.0:
         return sign(axis.set.velocity)
     if axis.set_motion_phase == MotionPhase.ENDLESS:

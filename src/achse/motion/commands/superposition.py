@@ -15,7 +15,7 @@ _ROUNDING = 1e-12
 """Relative rounding by which a distance may be too short."""
 
 _LEAST, _MOST = 1e-9, 1e10
-"""Between these lie the numbers of a compensation, whatever their unit."""
+"""Bounds of the numbers of a compensation, whatever their unit."""
 
 _OWN_WAY = {
     CompensationType.VELOCITY_REDUCTION_LIMITED,

@@ -98,7 +98,7 @@ def _braking_way(ax: AxisFields) -> float:
 
 
 def _finish(ax: AxisFields) -> None:
-    """The brake holds: the job is done, wherever the axis stands, or a part of it is.
+    """The brake is on: the job, or a part of it, is done at any position.
 
     A job that began while the axis ran out from the one before is still to come.
     """

@@ -1,7 +1,7 @@
 """Slave type 16, bi-linear: s = s0 + g1 · (M1 - M10) + g2 · (M2 - M20), for example to tap threads.
 
 The slave has set values only while master 1 moves logically: it has a job, at override 0 too, or
-its set point moves. Else the slave stands, whatever master 2 does, and counts from there.
+its set point moves. Else the slave is at standstill, whatever master 2 does, and counts from there.
 
 Kernel source: compiled as it stands, see `achse.motion.compiled`.
 """

@@ -100,7 +100,7 @@ def _fading_acceleration(ax: AxisFields) -> float:
 
 
 def _hold(ax: AxisFields, dt: float) -> None:
-    """Followers see the axis stand, or come to rest with the fading acceleration."""
+    """Followers see the axis at standstill, or come to rest with the fading acceleration."""
     value = ax.leading_value
     v = value.velocity
     a = _fading_acceleration(ax)

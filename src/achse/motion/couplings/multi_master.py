@@ -3,7 +3,8 @@
 The ratios come in each cycle (`gear_ratio_1` … 4 of the cyclic interface). Where a new one, or the
 masters, exceed the dynamics, the slave runs behind and catches up with the
 velocity; from then on positions follow too: s = s0 + Σ g · (M - M0). Without a jerk limit the
-velocity bends abruptly; with one, the slave is in gear again once the masters' velocities stand.
+velocity bends abruptly; with one, the slave is in gear again once the masters' velocities are
+constant.
 
 Kernel source: compiled as it stands, see `achse.motion.compiled`.
 """

@@ -90,7 +90,7 @@ class Coupling(NamedTuple):
     """True if four parameters couple by it (0x40), False if a service of its own does."""
     check: Callable[["Axis", Sequence["Axis"], Sequence[float]], int] | None = _any
     """Code that refuses these four parameters for a slave and its masters, or 0; they are finite
-    and not above a million. Checked at coupling and when they change. None: it has no parameters."""
+    and not above a million. Checked at coupling and at changes. None: it has no parameters."""
     others: Callable[[Sequence[float]], tuple[float, ...]] = _none_besides
     """Ids of the masters that are named by parameters."""
     moving: bool = False

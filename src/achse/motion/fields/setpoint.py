@@ -25,7 +25,7 @@ class SetpointState(States):
 
     set_cycle_counter: int = whole(0, "1", "cycles of this axis")
     set_motion_phase: int = whole(0, "MotionPhase", "what makes the set point, 0 = nothing")
-    target_position: float = real(0.0, "mm", "position where the axis will stand")
+    target_position: float = real(0.0, "mm", "position where the axis will stop")
     remaining_time: float = real(0.0, "s", "until the set point arrives")
     remaining_distance: float = real(0.0, "mm", "until the set point arrives")
     last_positioning_time: float = real(0.0, "s", "last job, from start to target window")

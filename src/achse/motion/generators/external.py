@@ -80,7 +80,7 @@ def _apply(ax: AxisFields, way: float, dt: float) -> None:
     """
     before = ax.external.velocity
     if before != 0.0 or way != 0.0 or ax.external.acceleration != 0.0:
-        ax.limits.recheck = 1  # once it stands, the axis goes alone
+        ax.limits.recheck = 1  # once at standstill, the axis generates its set point itself
     velocity = ax.external_set.velocity
     acceleration = ax.external_set.acceleration
     if ax.setpoint_consistency_check:

@@ -2,7 +2,7 @@
 
 The sequence is that of 004 §5.1.1: towards the cam, stop on it, off the cam, latch the sync pulse,
 stop, and only then set the position, so that the mark has the reference position and the axis
-stands its braking distance beyond.
+comes to rest its braking distance beyond.
 
 Kernel source: compiled as it stands, see `achse.motion.compiled`.
 """

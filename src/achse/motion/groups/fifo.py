@@ -135,7 +135,7 @@ class FifoGroup(AxisGroup):
         return OK
 
     def stop(self) -> int:
-        """Let the time stand still, as slowly as the decelerations of the axes want it (0x02)."""
+        """Ramp the time to a standstill within the decelerations of the axes (0x02)."""
         self.stopping = self.moving
         return OK
 

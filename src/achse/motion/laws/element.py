@@ -3,7 +3,7 @@
 An element is a polynomial and two sines over the master: with w = (master - BEGIN) · RATE the slave
 is at Σ coefficient[k] wᵏ + SIZE sin(TURN w + LEAD) + SECOND_SIZE sin(SECOND_TURN w + SECOND_LEAD).
 It is `ELEMENT` numbers, and holds from its begin to that of the next. A segment of a motion
-function is one element or several; the last element of a function is where the slave stands.
+function is one element or several; the last element of a function is the position at rest.
 
 Kernel source: `element_at` and `element_values` are compiled as they stand.
 """
@@ -59,7 +59,7 @@ def element_values(
 ) -> tuple[float, float, float, float]:
     """Slave position and its first three derivatives by the master, of the element at number `at`.
 
-    Before its begin an element stands where it begins.
+    Before its begin an element has its first position.
     """
     rate = numbers[at + RATE]
     w = (place - numbers[at + BEGIN]) * rate

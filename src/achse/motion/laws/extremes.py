@@ -233,7 +233,7 @@ def turning_places(numbers: "array[float]") -> list[float]:
 
 
 def extremes_of(numbers: "array[float]") -> Extremes:
-    """Extremes and means of a function, given as its elements; the last one stands."""
+    """Extremes and means of a function, given as its elements; the last one is at rest."""
     ranges = [_Range() for _ in range(5)]
     way = square = 0.0
     elements = list(elements_of(numbers))

@@ -329,7 +329,7 @@ LAWS: dict[int, Law] = {
         ),
         Law(MotionLaw.ACCELERATION_TRAPEZOID_VR, _to_rest, "velocity to rest, a quintic (choice)"),
         Law(MotionLaw.POLYNOMIAL_3_VV, _cubic, "velocity to velocity"),
-        Law(MotionLaw.STEP, _step, "stands, and steps at its end"),
+        Law(MotionLaw.STEP, _step, "rests, and steps at its end"),
     )
 }
 """Each law by its function type."""
@@ -352,5 +352,5 @@ def segment(number: int, begin: float, end: float, position: float, ends: Ends) 
 
 
 def standing(begin: float, position: float) -> "array[float]":
-    """The slave stands from here on: the last element of a function."""
+    """The slave is at standstill from here on: the last element of a function."""
     return make_element(begin, 1.0, (position,))

@@ -47,7 +47,7 @@ REMOTE_BIT = OptionalPart(
 )
 REACHED_BIT = OptionalPart(
     *("reached_bit", 0x6041, 10, "the target is reached"),
-    "a homing by the drive is done when bit 12 is 1 and the motor stands",
+    "a homing by the drive is done when bit 12 is 1 and the motor is at standstill",
 )
 FOLLOWING_BIT = OptionalPart(
     *("following_bit", 0x6041, 12, "the drive follows its set values"),

@@ -111,7 +111,7 @@ def cam_values(
 
 
 class CamMemory:
-    """All blocks: `numbers` is what kernels read. Where it lies changes only as it grows."""
+    """All blocks: `numbers` is what kernels read. Its address changes only as it grows."""
 
     def __init__(self) -> None:
         self.numbers = array("d", [0.0]) * _ROOM

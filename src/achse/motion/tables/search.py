@@ -165,7 +165,7 @@ def scan(
     """The first span from `row` on, by `step`, that comes to values from `low` to `high`.
 
     `results`: its number, -1: none; least and greatest value of the spans up to it. `rows` is where
-    the first of the `count` spans lies, of which the last is the end only.
+    the first of the `count` spans is, of which the last is the end only.
     """
     least = inf
     most = -inf

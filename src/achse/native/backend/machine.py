@@ -394,7 +394,7 @@ def _addressing() -> dict[str, str]:
 
     On x86-64 these are three instructions for each constant and call, a tenth of a kernel, and the
     quick selection of instructions leaves such calls to the slow one. Offsets do where all of an
-    object file lies close together; calls outside go by a table.
+    object file is close together; calls outside go by a table.
     """
     if sys.platform == "linux" and platform.machine() == "x86_64":
         return {"codemodel": "small", "reloc": "pic"}

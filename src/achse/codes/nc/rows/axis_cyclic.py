@@ -58,7 +58,7 @@ AXIS_CYCLIC = (
         NcRow(0x89, "error", READ, "UINT16", "1", "axis is in error"),
         NcRow(0x8A, "moving_positive", READ, "UINT16", "1", "to larger positions"),
         NcRow(0x8B, "moving_negative", READ, "UINT16", "1", "to smaller positions"),
-        NcRow(0x8C, "standstill", READ, "UINT16", "1", "the set point stands"),
+        NcRow(0x8C, "standstill", READ, "UINT16", "1", "the set point is at standstill"),
         NcRow(0x8D, "homing_busy", READ, "UINT16", "1", "axis is homing"),
         NcRow(0x8E, "in_position_range", READ, "UINT16", "1", "in the position window"),
         NcRow(0x8F, "in_target_position", READ, "UINT16", "1", "arrived"),

@@ -46,7 +46,7 @@ AXIS_STATES = (
             0x12, "set_gear_ratio", READ, "REAL64", "1",
             "gear ratio in force, 0 = not coupled; of several masters, that to master n",
         ),
-        NcRow(0x13, "target_position", READ, "REAL64", "mm", "position where the axis will stand"),
+        NcRow(0x13, "target_position", READ, "REAL64", "mm", "position where the axis will stop"),
         NcRow(
             0x14, "remaining_time_and_distance", READ, "{REAL64; REAL64}", "s, mm",
             "until the set point arrives: time, distance",

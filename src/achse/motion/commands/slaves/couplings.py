@@ -36,8 +36,8 @@ def couple(
 ) -> int:
     """Let an axis follow another one (0x40); positions do not jump.
 
-    Four parameters, what is not given is 0; what they mean is said by the law. Both axes stand,
-    unless the law couples in motion.
+    Four parameters, what is not given is 0; what they mean is said by the law. Both axes are at
+    standstill, unless the law couples in motion.
     """
     coupling_parameters = (*parameters, 0.0, 0.0, 0.0, 0.0)[:COUPLING_PARAMETERS]
     law = law_of(slave_type)
@@ -164,9 +164,10 @@ def begin_coupling(
 ) -> int:
     """Let an axis that may be a slave (`check_slave`) follow these masters by a law.
 
-    Masters stand unless `moving`, the slave unless `slave_moves`; what it does then goes over into
-    the coupling. `check` gets the masters and refuses with a code; a refused coupling leaves all
-    axes as they were. `fill` then fills the law's memory, the law's `base` comes last.
+    Masters are at standstill unless `moving`, the slave unless `slave_moves`; what it does then
+    goes over into the coupling. `check` gets the masters and refuses with a code; a refused
+    coupling leaves all axes as they were. `fill` then fills the law's memory, the law's `base`
+    comes last.
     """
     masters = [slave.fellows[int(n)] for n in master_ids if n in slave.fellows]
     if len(masters) < len(master_ids):

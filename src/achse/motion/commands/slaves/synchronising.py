@@ -63,9 +63,10 @@ def synchronise(
 ) -> int:
     """Let an axis run with a master: its velocity (type 5), or from places of both on (type 6).
 
-    Limits of 0 are those of the axis. Both may move; a slave that moves while its master stands is
-    refused. Of the mask see `SynchronisingBit`, unknown bits mean nothing. A universal flying saw
-    that runs can be given new places, a new gear and new limits by the same command.
+    Limits of 0 are those of the axis. Both may move; a slave that moves while its master is at
+    standstill is refused. Of the mask see `SynchronisingBit`, unknown bits mean nothing. A
+    universal flying saw that runs can be given new places, a new gear and new limits by the same
+    command.
     """
     if slave_type not in _TYPES:
         return NcError.SLAVE_TYPE

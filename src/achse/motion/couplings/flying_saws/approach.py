@@ -35,7 +35,7 @@ gear, a stop because the master reversed, the end of a change over to a master t
 
 
 AT_REST = 1e-9
-"""A master that is slower stands: no way over it can be computed from its velocity."""
+"""A slower master counts as at standstill: no way over it follows from its velocity."""
 
 NO_WAY = 1e-9
 """A way of the master that is shorter is none."""

@@ -186,7 +186,7 @@ def settle(ax: AxisFields, velocity: float, way: float, dt: float) -> bool:
     All that the target does is taken over, as it is from then on. What is left of velocity and
     acceleration beside it goes within the limits.
     """
-    ax.quiet_cycles = 0  # it is not done even if all stand
+    ax.quiet_cycles = 0  # it is not done even if all are at standstill
     w = ax.set.velocity - ax.sync.pursued_velocity
     was = ax.set.acceleration
     count = plan_to_velocity(
@@ -218,7 +218,7 @@ def settle_place(ax: AxisFields, velocity: float, way: float, top: float, dt: fl
     All that the target does is taken over. Within the limits is what the slave does besides, at
     most with the velocity `top`.
     """
-    ax.quiet_cycles = 0  # it is not done even if all stand
+    ax.quiet_cycles = 0  # it is not done even if all are at standstill
     w = ax.set.velocity - ax.sync.pursued_velocity
     was = ax.set.acceleration
     offset = ax.sync.offset

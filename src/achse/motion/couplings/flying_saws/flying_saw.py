@@ -1,6 +1,6 @@
 """Slave types 2 and 3, flying saws: the slave waits for its master, then runs with it.
 
-With positions (004 §3.1.4) the slave stands until the master is twice the slave's way before the
+With positions (004 §3.1.4) the slave rests until the master is twice the slave's way before the
 place where both meet, and then gains its velocity: as a line (type 2) or without a jump of its
 acceleration (type 3). Type 2 without positions changes over to the velocity at once, by the
 dynamics of the axis (002 §6.4.9). A flying saw at an angle to its master is faster by 1 / sin

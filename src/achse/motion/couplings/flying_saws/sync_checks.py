@@ -93,7 +93,7 @@ def check_course(
 ) -> int:
     """Code of the first check of the mask that the course fails, or 0.
 
-    `nominal`: the master stands, so how fast the slave will be is not known and not checked.
+    `nominal`: the master is at standstill, so the slave's velocity is unknown and not checked.
     """
     checks = [*_positions(course, limits), *_velocities(course)]
     if not nominal:

@@ -84,6 +84,6 @@ def change(ax: AxisFields, rows: NcRows) -> None:
         set_gear(ax, leading_velocity(ax, rows, 0), leading_acceleration(ax, rows, 0), gear)
     elif ax.sync.state == MotionState.SLAVE_SYNCHRONOUS:
         run_with(ax, ax.set.position, leading_position(ax, rows, 0), gear)
-    else:  # it stands, or comes to rest, and stays there
+    else:  # it is at standstill, or comes to it, and stays there
         ax.coupling.gear = gear
         ax.set_gear_ratio = gear
