@@ -229,7 +229,7 @@ class Esc:
             done |= self._write_ram(base, end, data[base - address :])
         return done
 
-    def _guarded_ranges(self, address: int, end: int) -> list[tuple[SyncManager | None, int, int]]:
+    def _ranges(self, address: int, end: int) -> list[tuple[SyncManager | None, int, int]]:
         """The parts of an access to process data memory, by their SyncManager."""
         ranges: list[tuple[SyncManager | None, int, int]] = []
         while address < end:
@@ -249,7 +249,7 @@ class Esc:
     def _read_ram(self, address: int, end: int) -> bytes | None:
         if end > self.ram_end:
             return None
-        ranges = self._guarded_ranges(address, end)
+        ranges = self._ranges(address, end)
         if any(guard and not guard.accepts(write=False) for guard, _, _ in ranges):
             return None
         return b"".join(
@@ -261,14 +261,13 @@ class Esc:
 
     def _may_write_ram(self, address: int, end: int) -> bool:
         return end <= self.ram_end and all(
-            guard is None or guard.accepts(write=True)
-            for guard, _, _ in self._guarded_ranges(address, end)
+            guard is None or guard.accepts(write=True) for guard, _, _ in self._ranges(address, end)
         )
 
     def _write_ram(self, address: int, end: int, data: bytes | bytearray) -> bool:
         if not self._may_write_ram(address, end):
             return False
-        for guard, low, high in self._guarded_ranges(address, end):
+        for guard, low, high in self._ranges(address, end):
             part = data[low - address : high - address]
             if guard:
                 guard.write(low - guard.start, part)

@@ -155,7 +155,7 @@ def _initialise(place: TablePlace, _: None) -> None:
 
 class _Characteristic:
     """The structure of characteristic values: 31 REAL64, zeros up to byte 376, what the table is,
-    zeros up to byte 512. The place of the fields behind the numbers is our choice, not in a manual."""
+    zeros up to byte 512. The fields behind the numbers are our choice, of no manual."""
 
     name = "REAL64[64]"
     size = 512
