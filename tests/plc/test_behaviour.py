@@ -160,11 +160,11 @@ class FB_Scale:
 
 def test_python_blocks_reach_lists_and_give_structures() -> None:
     """Values that Structured Text hands over and gets are Python's; `{}` clears a structure."""
-    found = declare([parse(SOURCES)])
-    units = with_behaviour(found.units, [FB_Scale], found.types.values())
+    project = declare([parse(SOURCES)])
+    units = with_behaviour(project.units, [FB_Scale], project.types.values())
     main = next(unit for unit in units if issubclass(unit, Program))
     rest = [unit for unit in units if unit is not main]
-    plc = PlcRuntime([Task("T", 1_000_000, [main])], rest, bodies=Bodies(check(found)))
+    plc = PlcRuntime([Task("T", 1_000_000, [main])], rest, bodies=Bodies(check(project)))
     plc.run_due(1_000_000)
     assert plc.failure == ""
     unit: Any = plc.instance("MAIN")

@@ -84,8 +84,8 @@ def test_bits_read_back_as_written(content: bytes, number: int, data: st.DataObj
 def test_a_cold_reset_spares_what_is_kept_and_origin_does_not() -> None:
     memory = Memory()
     data = memory[Area.DATA]
-    plain, kept = data.allocate(2), data.allocate(2)
-    data.keep(kept, 2)
+    plain, retained = data.allocate(2), data.allocate(2)
+    data.keep(retained, 2)
     data.write(0, b"\x01\x02\x03\x04")
     memory.hold_initial()
     data.write(0, b"\x11\x12\x13\x14")
@@ -137,22 +137,22 @@ def test_an_area_of_any_size_is_held_reset_copied_and_hashed(size: int) -> None:
     region.write(0x1_0000 - 1, b"ab")
     region.keep(7, 2)
     region.hold_initial()
-    held, copy = memory.digest(), region.snapshot()
-    assert held != empty
+    digest, copy = memory.digest(), region.snapshot()
+    assert digest != empty
     region.write(size - 3, b"xyz")
     region.write(7, b"kk")
     region.write(0x2_0000, b"new")
-    assert memory.digest() != held
+    assert memory.digest() != digest
     region.reset()
     assert region.read(size - 3, 3) == b"end"
     assert region.read(7, 2) == b"kk"
     assert region.read(0x2_0000, 3) == bytes(3)
     region.reset(origin=True)
-    assert memory.digest() == held
+    assert memory.digest() == digest
     region.clear()
     assert memory.digest() == empty
     region.restore(copy)
-    assert memory.digest() == held
+    assert memory.digest() == digest
     region.begin_again()
     region.reset()
     assert memory.digest() == empty

@@ -260,6 +260,6 @@ def test_the_watchdog_warns_once_in_each_row(caplog: pytest.LogCaptureFixture) -
     task = Task(cycle_ns=10 * MS, programs=[MAIN], watchdog_cycles=3)
     plc = PlcRuntime([task], [GVL], stopwatch=lambda: next(times))
     plc.run_due(100 * MS)
-    told = [record for record in caplog.records if "in a row" in record.message]
-    assert [record.levelno for record in told] == [logging.WARNING]
+    warnings = [record for record in caplog.records if "in a row" in record.message]
+    assert [record.levelno for record in warnings] == [logging.WARNING]
     assert plc.state is PlcState.RUN

@@ -25,12 +25,12 @@ class MAIN(Program):
 def test_variables_with_places_values_and_tasks() -> None:
     plc = PlcRuntime([Task("A", 1_000_000), Task("B", 2_000_000, [MAIN])], [GVL], project="P")
     file = symbol_file(plc)
-    found = {item.name: item for item in file.variables}
-    assert found["GVL.bOut"].declared.address == Address("Q", "X", 2, 1)
-    assert found["GVL.nKept"].declared.address == Address("R", "", 0)
-    parts = found["GVL.aParts"].declared
+    variables = {item.name: item for item in file.variables}
+    assert variables["GVL.bOut"].declared.address == Address("Q", "X", 2, 1)
+    assert variables["GVL.nKept"].declared.address == Address("R", "", 0)
+    parts = variables["GVL.aParts"].declared
     assert (parts.initial_bytes(), parts.comment) == (b"\4\0\3\0", "all")
-    assert (found["MAIN.nCounter"].task, found["MAIN.nCounter"].is_global) == (1, False)
-    assert found["MAIN.nShared"].declared.initial_bytes() == b"\2\0"
+    assert (variables["MAIN.nCounter"].task, variables["MAIN.nCounter"].is_global) == (1, False)
+    assert variables["MAIN.nShared"].declared.initial_bytes() == b"\2\0"
     assert (file.name, file.port, [task.name for task in file.tasks]) == ("P", 851, ["A", "B"])
     assert "ST_Part" in [type.name for type in file.types]

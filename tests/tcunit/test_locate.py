@@ -35,10 +35,10 @@ def test_the_environment_variable(project: Path, tcunit_stub: Path) -> None:
 def test_a_folder_beside_the_project(project: Path, tcunit_stub: Path, home: str) -> None:
     target = (project.parent / home).resolve()
     shutil.copytree(tcunit_stub, target)
-    found = find_tcunit(project, environ={})
-    assert found is not None
-    assert found.is_relative_to(project.parents[1])
-    assert has_tcunit(found)
+    path = find_tcunit(project, environ={})
+    assert path is not None
+    assert path.is_relative_to(project.parents[1])
+    assert has_tcunit(path)
 
 
 def test_of_several_projects_in_a_folder_the_one_named_tcunit(

@@ -257,7 +257,9 @@ def test_project_that_declares_each_name_of_tcunit_again_has_its_tests_run(
     library = tmp_path / "library" / "TcUnit"
     shutil.copytree(tcunit_stub, library)
     unit = re.compile(r"^(FUNCTION_BLOCK|INTERFACE|FUNCTION|TYPE) (\w+)", re.MULTILINE)
-    names = [found for file in library.glob("*.st") for found in unit.findall(file.read_text())]
+    names = [
+        unit_name for file in library.glob("*.st") for unit_name in unit.findall(file.read_text())
+    ]
     assert len(names) >= 10
     forms = {
         "FUNCTION_BLOCK": "FUNCTION_BLOCK {}\nVAR fOther : LREAL; END_VAR\nEND_FUNCTION_BLOCK\n",

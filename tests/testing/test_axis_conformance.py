@@ -58,9 +58,9 @@ def reach(client_of: Any) -> Reach:
 
 
 def _faults(reach: Reach, **settings: Any) -> str:
-    with pytest.raises(ConformanceError) as found:
+    with pytest.raises(ConformanceError) as caught:
         check_axis(reach, 1, wait=reach.station.advance, **settings)
-    return str(found.value)
+    return str(caught.value)
 
 
 @pytest.mark.parametrize("axis", [1, 2])
@@ -89,24 +89,24 @@ def test_without_motion_nothing_moves(reach: Reach) -> None:
 def test_a_size_and_an_id_that_are_wrong_are_told(reach: Reach) -> None:
     reach.reads[0x4101, 0x0A] = lambda data: data[:4]
     reach.reads[0x4001, 0x01] = lambda data: b"\7\0\0\0"
-    told = _faults(reach)
-    assert "set_position (0x4101:0xA): has 4 bytes, expected 8" in told
-    assert "axis id: expected 1, got 7" in told
+    faults = _faults(reach)
+    assert "set_position (0x4101:0xA): has 4 bytes, expected 8" in faults
+    assert "axis id: expected 1, got 7" in faults
 
 
 def test_an_nc_that_refuses_nothing_is_told(reach: Reach) -> None:
     reach.forgiving = True
-    told = _faults(reach)
-    assert "offset 0xFFF, which does not exist, is answered" in told
-    assert "a velocity override of 3 bytes: expected 0x705, got 0x0" in told
-    assert "can be written, its row says read only" in told
+    faults = _faults(reach)
+    assert "offset 0xFFF, which does not exist, is answered" in faults
+    assert "a velocity override of 3 bytes: expected 0x705, got 0x0" in faults
+    assert "can be written, its row says read only" in faults
 
 
 def test_an_axis_that_goes_too_fast_is_told(reach: Reach) -> None:
     reach.reads[0x4101, 0x0E] = lambda data: _doubled(data)
-    told = _faults(reach)
-    assert "a move by 10: the set velocity is up to 40, expected at most 20" in told
-    assert "at half the override the set velocity is 20, expected 10" in told
+    faults = _faults(reach)
+    assert "a move by 10: the set velocity is up to 40, expected at most 20" in faults
+    assert "at half the override the set velocity is 20, expected 10" in faults
 
 
 def _doubled(data: bytes) -> bytes:
@@ -115,9 +115,9 @@ def _doubled(data: bytes) -> bytes:
 
 def test_an_axis_that_does_not_move_is_told(reach: Reach) -> None:
     reach.writes[0x4201, 0x16] = lambda data: None
-    told = _faults(reach)
-    assert "a move by 10: the set position is 0, expected 10" in told
-    assert "a start of type 99" in told
+    faults = _faults(reach)
+    assert "a move by 10: the set position is 0, expected 10" in faults
+    assert "a start of type 99" in faults
 
 
 def test_a_stop_that_does_nothing_is_told(reach: Reach) -> None:

@@ -54,14 +54,14 @@ class _Short(FakeDevice):
 
 
 @pytest.mark.parametrize(
-    ("make", "told"),
+    ("make", "message"),
     [
         (_Mute, "0 answers"),
         (_Short, "a refused READ has 4 bytes, expected 8"),
     ],
 )
-def test_a_device_that_breaks_a_rule_is_told(make: Any, told: str) -> None:
-    with pytest.raises(ConformanceError, match=told):
+def test_a_device_that_breaks_a_rule_is_told(make: Any, message: str) -> None:
+    with pytest.raises(ConformanceError, match=message):
         check_device(make)
 
 

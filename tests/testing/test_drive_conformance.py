@@ -20,8 +20,8 @@ def test_our_drive_conforms(machine: Mechanics) -> None:
 
 
 def test_a_drive_that_has_stored_another_mapping_conforms() -> None:
-    kept: dict[int, float] = {0x1600_00: 0, 0x1A01_00: 1, 0x1A01_01: 0x60410010, 0x1C13_01: 0x1A01}
-    check_drive(SegmentReach(Segment([Slave(Drive(store=kept))])))
+    store: dict[int, float] = {0x1600_00: 0, 0x1A01_00: 1, 0x1A01_01: 0x60410010, 0x1C13_01: 0x1A01}
+    check_drive(SegmentReach(Segment([Slave(Drive(store=store))])))
 
 
 def test_without_motion_it_is_never_enabled() -> None:
@@ -59,9 +59,9 @@ class Careless(Drive):
 
     def enter(self, state, sync0_ns, cause):  # type: ignore[no-untyped-def]
         self.record.communication_lost = 0
-        found = super().enter(state, sync0_ns, cause)
+        result = super().enter(state, sync0_ns, cause)
         self.record.communication_lost = 0
-        return found
+        return result
 
 
 def permissive() -> Drive:
@@ -75,7 +75,7 @@ def jammed() -> Drive:
 
 
 @pytest.mark.parametrize(
-    ("make", "told"),
+    ("make", "message"),
     [
         (Forgetful, "6041:00 is read-only: expected 0x06010002, got success"),
         (Deaf, "controlword 0x0006 in SWITCH_ON_DISABLED: expected READY_TO_SWITCH_ON"),
@@ -84,7 +84,9 @@ def jammed() -> Drive:
         (jammed, "csp: target"),
     ],
 )
-def test_a_rule_that_is_broken_is_told(make: Callable[[], Drive], told: str) -> None:
-    with pytest.raises(ConformanceError) as found:
+def test_a_rule_that_is_broken_is_told(make: Callable[[], Drive], message: str) -> None:
+    with pytest.raises(ConformanceError) as caught:
         check_drive(reach(make()))
-    assert any(line.startswith(told) for line in str(found.value).splitlines()), str(found.value)
+    assert any(line.startswith(message) for line in str(caught.value).splitlines()), str(
+        caught.value
+    )

@@ -110,12 +110,12 @@ def test_a_broken_cycle_is_told_at_the_end() -> None:
         raise ArithmeticError("broken")
 
     bad = CyclicPhase(PhasePlace.SCOPE, "bad", station.station.tick_ns, breaks)
-    told = queue.SimpleQueue[logging.LogRecord]()
-    handler = logging.handlers.QueueHandler(told)
+    records = queue.SimpleQueue[logging.LogRecord]()
+    handler = logging.handlers.QueueHandler(records)
     logging.getLogger("achse").addHandler(handler)
     try:
         station.run(station.station.cycle.add, bad)
-        assert "broke" in told.get().getMessage()
+        assert "broke" in records.get().getMessage()
     finally:
         logging.getLogger("achse").removeHandler(handler)
     with pytest.raises(ArithmeticError, match="broken"):

@@ -133,6 +133,8 @@ def test_a_configuration_that_cannot_be_read_is_one_sentence(
     outcomes: Outcomes, report: str
 ) -> None:
     assert outcomes("broken.py") == {"test_missing": "ERROR", "test_wrong": "ERROR"}, report
-    told = re.findall(r"^achse_station: (.+)$", report, re.MULTILINE)
-    assert [line.partition(": ")[0] for line in told] == ["nowhere/station.toml", "config"], report
+    messages = re.findall(r"^achse_station: (.+)$", report, re.MULTILINE)
+    assert [line.partition(": ")[0] for line in messages] == ["nowhere/station.toml", "config"], (
+        report
+    )
     assert "live.py" not in report

@@ -259,8 +259,8 @@ FORMS = [
 @pytest.fixture(scope="session", params=FORMS, ids=lambda form: form.value)
 def form(request: pytest.FixtureRequest) -> CodeForm:
     """Plain code and machine code: what a test says holds for both."""
-    found: CodeForm = request.param
-    return found
+    code_form: CodeForm = request.param
+    return code_form
 
 
 @pytest.fixture(scope="session")

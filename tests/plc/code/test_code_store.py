@@ -39,12 +39,12 @@ def results(
     sources: list[tuple[int, list[int]]],
     make: Callable[[str, tuple[int, ...]], CodeType],
 ) -> list[int]:
-    found = []
+    values = []
     for number, places in sources:
         text = f"def f():\n return {number} * 7"
         code = store.code(text, tuple(places), make)
-        found.append(FunctionType(code, {})())
-    return found
+        values.append(FunctionType(code, {})())
+    return values
 
 
 @settings(max_examples=25)
@@ -72,9 +72,9 @@ def test_other_files_have_other_codes() -> None:
         results(CodeStore(["c.st", "d.st"]), [(1, [1, 1])], refuse)
 
 
-@pytest.mark.parametrize("kept", [b"", b"x", marshal.dumps([1]), marshal.dumps({b"": 3})])
-def test_what_is_not_of_codes_is_made_again(kept: bytes) -> None:
+@pytest.mark.parametrize("content", [b"", b"x", marshal.dumps([1]), marshal.dumps({b"": 3})])
+def test_what_is_not_of_codes_is_made_again(content: bytes) -> None:
     store = CodeStore(["c.st"])
-    store._file.save(kept)
+    store._file.save(content)
     again = CodeStore(["c.st"])
     assert results(again, [(3, [1, 2])], compile_text) == [21]

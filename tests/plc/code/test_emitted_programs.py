@@ -78,19 +78,19 @@ def code_at(line: int) -> CodeType:
 def test_programs_used_last_are_kept(digests: list[int]) -> None:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("achse.plc.code.emitted_programs._PROGRAMS", 3)
-        kept = EmittedPrograms()
+        programs = EmittedPrograms()
         last: list[int] = []
         for digest in digests:
-            assert (kept.get(str(digest)) is not None) == (digest in last)
-            kept.add(str(digest), EmittedProgram({}, {}, {}))
+            assert (programs.get(str(digest)) is not None) == (digest in last)
+            programs.add(str(digest), EmittedProgram({}, {}, {}))
             last = [*(each for each in last if each != digest), digest][-3:]
 
 
 def test_large_programs_are_not_kept(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("achse.plc.code.emitted_programs._ROUTINES", 2)
-    kept = EmittedPrograms()
+    programs = EmittedPrograms()
     for count in (2, 3):
         codes = {f"f{number}": code_at(number) for number in range(count)}
-        kept.add(str(count), EmittedProgram(codes, {}, {}))
-    assert kept.get("2") is not None
-    assert kept.get("3") is None
+        programs.add(str(count), EmittedProgram(codes, {}, {}))
+    assert programs.get("2") is not None
+    assert programs.get("3") is None

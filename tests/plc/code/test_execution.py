@@ -125,8 +125,8 @@ def _beside(kinds: list[str], form: CodeForm) -> dict[str, Any]:
     plc.run_due(20_000_000)
     assert plc.fault is None
     main = plc.instance("MAIN")
-    found = {name: plain(main[name]) for name in ("m", "a", "b", "c", "e")}
-    return {**found, "q": main["f"]["q"], "size": type(main["f"]).__iec__.size}
+    values = {name: plain(main[name]) for name in ("m", "a", "b", "c", "e")}
+    return {**values, "q": main["f"]["q"], "size": type(main["f"]).__iec__.size}
 
 
 @settings(max_examples=12)

@@ -34,9 +34,9 @@ def test_what_is_stored_is_loaded_at_any_alignment(area: Area, offset: int, code
 
 @given(st.integers(0, (1 << 64) - 1), st.integers(0, 100))
 def test_no_address_reaches_beyond_plc_memory(address: int, size: int) -> None:
-    asked = {name: partial(OF[name], address) for name in ("load_B", "load_d", "load_h")}
-    asked["load_bytes"] = partial(OF["load_bytes"], address, size)
-    for name, ask in asked.items():
+    accesses = {name: partial(OF[name], address) for name in ("load_B", "load_d", "load_h")}
+    accesses["load_bytes"] = partial(OF["load_bytes"], address, size)
+    for name, ask in accesses.items():
         if name == "load_B" and MEMORY.at(address) is not None:
             assert 0 <= ask() <= 255
             continue

@@ -87,8 +87,8 @@ END_PROGRAM"""
 
 def test_constants_of_a_generic_base(run: Run) -> None:
     ran = run(GENERIC)
-    found = {name: ran[name] for name in "acdefghs"}
-    assert found == {"a": 333, "c": 3, "d": 42, "e": 84, "f": 4, "g": 5, "h": 83, "s": 8}
+    values = {name: ran[name] for name in "acdefghs"}
+    assert values == {"a": 333, "c": 3, "d": 42, "e": 84, "f": 4, "g": 5, "h": 83, "s": 8}
 
 
 def test_locals_that_start_with_a_property(run: Run) -> None:

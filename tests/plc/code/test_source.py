@@ -20,9 +20,9 @@ def test_a_number_within_its_type_is_not_cut() -> None:
 @given(st.integers(), st.sampled_from([BYTE, INT, DINT, UDINT, ULINT, USINT]))
 def test_a_cut_gives_the_low_bits_with_their_sign(value, type) -> None:  # type: ignore[no-untyped-def]
     piece = exact(CodeExpression("x", low=-(1 << 80), high=1 << 80), type)
-    found = eval(piece.text, {"x": value})
-    assert type.low <= found <= type.high
-    assert (found - value) % (1 << 8 * type.size) == 0
+    result = eval(piece.text, {"x": value})
+    assert type.low <= result <= type.high
+    assert (result - value) % (1 << 8 * type.size) == 0
 
 
 def test_a_number_that_grows_without_end_is_cut_on_the_way() -> None:

@@ -45,8 +45,10 @@ def test_functions(name: str, arguments: tuple[Any, ...], expected: object) -> N
     wide = [
         item.decode().encode("utf-16-le") if isinstance(item, bytes) else item for item in arguments
     ]
-    found = TEXTS[f"text_{name}"](*wide, 2)
-    assert (found.decode("utf-16-le").encode() if isinstance(found, bytes) else found) == expected
+    result = TEXTS[f"text_{name}"](*wide, 2)
+    assert (
+        result.decode("utf-16-le").encode() if isinstance(result, bytes) else result
+    ) == expected
 
 
 @pytest.mark.parametrize(

@@ -72,8 +72,8 @@ class Counting:
 
 @pytest.fixture(params=FORMS, ids=lambda form: str(form.value))
 def form(request: pytest.FixtureRequest) -> CodeForm:
-    found: CodeForm = request.param
-    return found
+    code_form: CodeForm = request.param
+    return code_form
 
 
 @pytest.fixture

@@ -70,16 +70,16 @@ class _Decision:
         return sum(one.size if isinstance(one, _Decision) else 1 for one in self.parts)
 
     def holds(self, values: dict[str, int]) -> bool:
-        found, seen = self._walked(values)
+        outcome, seen = self._walked(values)
         self.vectors[tuple(seen)] += 1
-        return found
+        return outcome
 
     def _walked(self, values: dict[str, int]) -> tuple[bool, list[bool | None]]:
-        found: list[bool] = []
+        outcomes: list[bool] = []
         seen: list[bool | None] = []
         deciding = {"AND_THEN": False, "OR_ELSE": True}.get(self.operator)
         for one, no in zip(self.parts, self.negated, strict=True):
-            if deciding is not None and deciding in found:
+            if deciding is not None and deciding in outcomes:
                 seen += [None] * (one.size if isinstance(one, _Decision) else 1)
                 continue
             if isinstance(one, _Decision):
@@ -88,10 +88,10 @@ class _Decision:
                 value = one.holds(values)
                 inside = [value]
             seen += inside
-            found.append(value is not no)
+            outcomes.append(value is not no)
         if deciding is not None:
-            return deciding in found if deciding else deciding not in found, seen
-        return _joined(self.operator, found), seen
+            return deciding in outcomes if deciding else deciding not in outcomes, seen
+        return _joined(self.operator, outcomes), seen
 
 
 def _divided(left: int, right: int) -> int:

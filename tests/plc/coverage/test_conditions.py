@@ -11,12 +11,12 @@ from tests.plc.coverage.conftest import DECISIONS, Counting
 
 
 def _by_hand(text: str) -> dict[int, list[str]]:
-    found = {}
+    by_line = {}
     for number, line in enumerate(text.splitlines(), 1):
         note = re.search(r"//\? (.*[+-])$", line)
         if note is not None:
-            found[number] = note[1].split("; ")
-    return found
+            by_line[number] = note[1].split("; ")
+    return by_line
 
 
 def _measured(counting: Counting) -> dict[int, list[str]]:

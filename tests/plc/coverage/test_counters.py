@@ -27,26 +27,26 @@ Rows = dict[int, tuple[list[int], dict[str, int]]]
 
 def _by_hand(text: str) -> Rows:
     """Statements and branches of lines, from the comments."""
-    found: Rows = {}
+    rows: Rows = {}
     for number, line in enumerate(text.splitlines(), 1):
         note = re.search(r"//= (\S+)((?: \S+ \d+)*)$", line)
         if note is not None:
             words = note[2].split()
             hits = [] if note[1] == "-" else [int(each) for each in note[1].split(",")]
-            found[number] = hits, dict(zip(words[::2], map(int, words[1::2]), strict=True))
-    return found
+            rows[number] = hits, dict(zip(words[::2], map(int, words[1::2]), strict=True))
+    return rows
 
 
 def _measured(counting: Counting) -> Rows:
-    found: Rows = {}
+    rows: Rows = {}
     for file in counting.result:
         for routine in file.routines:
             for statement in routine.statements:
-                found.setdefault(statement.line, ([], {}))[0].append(statement.hits)
+                rows.setdefault(statement.line, ([], {}))[0].append(statement.hits)
             for branch in routine.branches:
                 name = branch.name.replace(" ", "")
-                found.setdefault(branch.line, ([], {}))[1][name] = branch.hits
-    return dict(sorted(found.items()))
+                rows.setdefault(branch.line, ([], {}))[1][name] = branch.hits
+    return dict(sorted(rows.items()))
 
 
 def test_a_set_of_100_routines_counted_by_hand(count: Count) -> None:

@@ -11,7 +11,7 @@ def test_the_tracefile_sums_up_what_it_lists(result: CoverageResult) -> None:
     lines: dict[int, int] = {}
     branches: dict[tuple[int, ...], str] = {}
     calls: dict[str, int] = {}
-    found: dict[str, int] = {}
+    sums: dict[str, int] = {}
     text = tracefile_of(result)
     assert text.startswith("TN:\nSF:a.st\n")
     assert text.endswith("\nend_of_record\n")
@@ -31,8 +31,8 @@ def test_the_tracefile_sums_up_what_it_lists(result: CoverageResult) -> None:
                 hits_text, name = value.split(",")
                 calls[name] = int(hits_text)
             case "FNF" | "FNH" | "BRF" | "BRH" | "LF" | "LH":
-                found[kind] = int(value)
-    assert found == {
+                sums[kind] = int(value)
+    assert sums == {
         "FNF": len(calls),
         "FNH": sum(map(bool, calls.values())),
         "BRF": len(branches),
@@ -45,7 +45,7 @@ def test_the_tracefile_sums_up_what_it_lists(result: CoverageResult) -> None:
     never = [taken for taken in branches.values() if taken == "-"]
     assert len(never) == 2  # the third condition of F_ElsifFault
     covered = result.covered
-    assert (found["BRF"], found["BRH"]) == (covered.branches, covered.branches_hit)
+    assert (sums["BRF"], sums["BRH"]) == (covered.branches, covered.branches_hit)
 
 
 def test_conditions_are_groups_by_their_number() -> None:

@@ -69,9 +69,9 @@ def test_lines_lead_to_marks(plc: PlcRuntime, line: Callable[[str], int]) -> Non
     with built(plc) as build:
         assert "plc/main.st" in build.paths
         wanted = line("fValue := fValue + 1")
-        found = build.at("MAIN.ST", wanted)
-        assert found is not None
-        path, at, numbers = found
+        place = build.at("MAIN.ST", wanted)
+        assert place is not None
+        path, at, numbers = place
         assert (path, at) == ("plc/main.st", wanted)
         (number,) = numbers
         mark = build.mark(number)
@@ -97,7 +97,7 @@ def test_marks_of_a_drawing_name_network_and_rung() -> None:
     body = networks(network(), network(assign(contact("a"), "q"), assign(contact("q"), "a")))
     plc = Drawn(unit("PROGRAM MAIN VAR a, q : BOOL; END_VAR", body)).plc
     with built(plc) as build:
-        found = build.at("MAIN.TcPOU", 1)
-        assert found is not None
-        marks = [build.mark(number) for number in sorted(found[2])]
+        place = build.at("MAIN.TcPOU", 1)
+        assert place is not None
+        marks = [build.mark(number) for number in sorted(place[2])]
         assert [mark and mark.place for mark in marks] == ["network 2, rung 1"]

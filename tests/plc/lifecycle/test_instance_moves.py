@@ -78,8 +78,8 @@ END_PROGRAM
 
 
 def _declared(**parts: str) -> Declarations:
-    given = {"other": "", "more": "", "count": "2", "step": "1", **parts}
-    return declare([parse(Source(TEXT.format(**given), "moves.st"), name="GVL")])
+    texts = {"other": "", "more": "", "count": "2", "step": "1", **parts}
+    return declare([parse(Source(TEXT.format(**texts), "moves.st"), name="GVL")])
 
 
 def _bodies(declared: Declarations, form: CodeForm) -> Bodies:
@@ -190,8 +190,8 @@ END_PROGRAM
 
 
 def _made(plc: PlcRuntime | None, form: CodeForm, **parts: str) -> PlcRuntime:
-    given = {"plain": "", "made": "", "more": "", "delete": "", **parts}
-    declared = declare([parse(Source(MADE.format(**given), "made.st"), name="GVL")])
+    texts = {"plain": "", "made": "", "more": "", "delete": "", **parts}
+    declared = declare([parse(Source(MADE.format(**texts), "made.st"), name="GVL")])
     main = declared.programs["main"]
     if plc is None:
         task = Task("PlcTask", 10_000_000, [main])
@@ -295,12 +295,12 @@ def test_pointers_to_what_is_gone_are_null() -> None:
     assert plc.state is PlcState.RUN, plc.failure
     places = {one.variable.name: plc.memory.address(one.area, one.offset) for one in plc.variables}
     leads = {name: plc.memory.at(places[name]) for name in names}
-    found = {
+    pointers = {
         name: int.from_bytes(place[0].read(place[1], 8), "little")
         for name, place in leads.items()
         if place is not None
     }
-    assert found == {
+    assert pointers == {
         "pGone": 0, "pFirst": 0, "iPart": 0, "rGone": 0, "pStays": places["nStays"],
         "pPair": places["st"], "pPart": places["fb"], "pFresh": places["nFresh"],
     }  # fmt: skip

@@ -147,11 +147,11 @@ END_VAR
 END_FUNCTION_BLOCK
 PROGRAM P VAR aMany : ARRAY [1..5] OF Many; END_VAR END_PROGRAM
 """
-    (told,) = running(text).warnings
-    assert told.startswith("<text>:5:")
-    assert "starts as its type says" in told
+    (report,) = running(text).warnings
+    assert report.startswith("<text>:5:")
+    assert "starts as its type says" in report
     head = warning.removeprefix("5:.*").split(".*")
-    assert all(part.strip() in told for part in head)
+    assert all(part.strip() in report for part in head)
 
 
 def test_a_bit_starts_with_the_value_of_a_variable() -> None:
@@ -258,11 +258,11 @@ END_VAR
 END_PROGRAM
 """)
     assert plc.warnings == ()
-    found = plain(plc.instance("P"))
-    assert (found["nPart"], found["nWhole"], found["nGrid"]) == (8, 40, 10)
-    assert found["nLow"] == 2
-    assert found["tLong"].total_seconds() == 2
-    assert len(found["aText"]) == 6
+    values = plain(plc.instance("P"))
+    assert (values["nPart"], values["nWhole"], values["nGrid"]) == (8, 40, 10)
+    assert values["nLow"] == 2
+    assert values["tLong"].total_seconds() == 2
+    assert len(values["aText"]) == 6
 
 
 def test_a_function_of_the_user_is_called_at_run_time_whatever_its_name() -> None:
@@ -308,9 +308,9 @@ END_PROGRAM
 @pytest.mark.parametrize("executed", [False, True])
 def test_members_initialised_by_their_siblings(executed: bool) -> None:
     """Types see constants, initial values see siblings; what a declaration says counts more."""
-    found = declared(SIBLINGS)
-    bodies = Bodies(check(found)) if executed else None
-    plc = PlcRuntime([Task()], found.units, bodies=bodies)
+    project = declared(SIBLINGS)
+    bodies = Bodies(check(project)) if executed else None
+    plc = PlcRuntime([Task()], project.units, bodies=bodies)
     unit = plc.instance("P")
 
     def numbers(record: Any) -> tuple[int, ...]:
@@ -364,10 +364,10 @@ END_PROGRAM
 @pytest.mark.parametrize("executed", [False, True])
 def test_siblings_see_what_their_type_says_at_any_depth(executed: bool) -> None:
     """The outer type is the declaration of what is inside; the instance comes last."""
-    found = declared(NESTED)
-    checked = check(found)
+    project = declared(NESTED)
+    checked = check(project)
     assert not checked.faults
-    plc = PlcRuntime([Task()], found.units, bodies=Bodies(checked) if executed else None)
+    plc = PlcRuntime([Task()], project.units, bodies=Bodies(checked) if executed else None)
     assert plc.warnings == ()
     unit = plc.instance("P")
 
@@ -423,11 +423,11 @@ END_PROGRAM
 
 
 def test_fb_init_sees_what_the_type_says_and_a_declaration_counts_more() -> None:
-    found = declared(INITS)
-    checked = check(found)
+    project = declared(INITS)
+    checked = check(project)
     assert not checked.faults
-    task = Task("T", 10_000_000, [found.programs["p"]])
-    plc = PlcRuntime([task], found.units, bodies=Bodies(checked))
+    task = Task("T", 10_000_000, [project.programs["p"]])
+    plc = PlcRuntime([task], project.units, bodies=Bodies(checked))
     for _ in range(2):
         unit = plc.instance("P")
         blocks = [unit["fb"], *unit["aFb"], unit["fbOut"].fbIn, unit["fbDeep"].fbIn]
@@ -440,8 +440,8 @@ def test_fb_init_sees_what_the_type_says_and_a_declaration_counts_more() -> None
 
 
 def test_an_online_change_leaves_members_that_were_given_a_value_alone() -> None:
-    found = declared(NESTED)
-    plc = PlcRuntime([Task()], found.units)
+    project = declared(NESTED)
+    plc = PlcRuntime([Task()], project.units)
     unit = plc.instance("P")
     unit["o1"].one.m, unit["o1"].sum, unit["fb1"].b = 100, 101, 102
     plc.online_change(declared(NESTED.replace("nOut : INT", "f : LREAL; nOut : INT")).units)
@@ -477,7 +477,7 @@ FUNCTION_BLOCK FB_Heir EXTENDS FB_Sum END_FUNCTION_BLOCK
 PROGRAM P
 VAR aThree : ARRAY [2..4] OF INT := [1, 2, 4]; fb : {block}(aParts := aThree); END_VAR
 END_PROGRAM"""
-    found = declared(text)
-    plc = PlcRuntime([Task("T", 10**9, [found.programs["p"]])], bodies=Bodies(check(found)))
+    project = declared(text)
+    plc = PlcRuntime([Task("T", 10**9, [project.programs["p"]])], bodies=Bodies(check(project)))
     plc.run_due(10**9)
     assert (plc.failure, plc.instance("P")["fb"]["nSum"]) == ("", 7)

@@ -173,8 +173,8 @@ def test_blocks_passed_by_value_keep_their_methods(run: Run) -> None:
             variables.append(f"{', '.join(results)} : INT;")
             lines.append(f"f{key} := F{key}(w{number}); R{key}(w{number}, q => r{key});")
             lines.append(f"m{key} := h{number}.M{key}(w{number}); h{number}.P{key} := w{number};")
-        kept = "".join(f"k{number}_{kind} : INT;" for kind in range(len(_CALLS)))
-        units.append(f"FUNCTION_BLOCK FB_H{number} VAR {kept} END_VAR")
+        results_by_kind = "".join(f"k{number}_{kind} : INT;" for kind in range(len(_CALLS)))
+        units.append(f"FUNCTION_BLOCK FB_H{number} VAR {results_by_kind} END_VAR")
         units += [*methods, "END_FUNCTION_BLOCK"]
     lines.append("n := n + 1;")
     body = "\n".join((*units, "PROGRAM MAIN VAR", *variables, "END_VAR", *lines, "END_PROGRAM"))
@@ -182,5 +182,7 @@ def test_blocks_passed_by_value_keep_their_methods(run: Run) -> None:
     for number in range(len(_WRAPPERS)):
         for kind in range(len(_CALLS)):
             key = f"{number}_{kind}"
-            found = [ran[path] for path in (f"f{key}", f"r{key}", f"m{key}", f"h{number}.k{key}")]
-            assert found == [40] * 4, (number, kind)
+            values_of_call = [
+                ran[path] for path in (f"f{key}", f"r{key}", f"m{key}", f"h{number}.k{key}")
+            ]
+            assert values_of_call == [40] * 4, (number, kind)

@@ -36,10 +36,10 @@ def holds(shape: Shape, values: list[bool], seen: set[int]) -> bool:
         return first and holds(parts[1], values, seen)
     if name == "OR_ELSE":
         return first or holds(parts[1], values, seen)
-    found = [first, *(holds(part, values, seen) for part in parts[1:])]
+    outcomes = [first, *(holds(part, values, seen) for part in parts[1:])]
     if name == "NOT":
         return not first
-    return {"AND": all(found), "OR": any(found), "XOR": found.count(True) % 2 == 1}[name]
+    return {"AND": all(outcomes), "OR": any(outcomes), "XOR": outcomes.count(True) % 2 == 1}[name]
 
 
 @given(st.randoms(use_true_random=False))
@@ -84,9 +84,9 @@ def test_pairs_are_found_if_there_are_any(random: Random) -> None:
             and all_of[a].outcome is not all_of[b].outcome
             and condition in all_of[a].unmasked & all_of[b].unmasked
         }
-        found = decision.pair(condition, seen)
-        assert (found is None) is not bool(pairs)
-        assert found is None or found in pairs
+        pair = decision.pair(condition, seen)
+        assert (pair is None) is not bool(pairs)
+        assert pair is None or pair in pairs
 
 
 def test_a_constant_that_is_left_out_decides_too() -> None:
@@ -109,10 +109,10 @@ def read(offset: int) -> Read:
 def test_shapes_of_typed_values() -> None:
     a, b = read(0), read(1)
     both = Computed(Operator.AND, (a, Computed(Operator.NOT, (b,), BOOL)), BOOL)
-    found = shape_of(both)
-    assert found is not None
-    assert found[0].shape == ("AND", (0, ("NOT", (1,))))
-    assert found[1] == (a, b)
+    shape = shape_of(both)
+    assert shape is not None
+    assert shape[0].shape == ("AND", (0, ("NOT", (1,))))
+    assert shape[1] == (a, b)
     lazy = shape_of(Shortcut(False, both, Known(True, BOOL), BOOL))
     assert lazy is not None
     assert lazy[0].shape == ("OR_ELSE", (("AND", (0, ("NOT", (1,)))), True))

@@ -33,8 +33,8 @@ def test_aligned_place_is_a_multiple_of_its_size_for_all_indexes(
         assert bounded
         begin = data.draw(st.integers(0, 99)) * (8 if home is Home.AREA else alignment)
         indexes = data.draw(st.lists(st.integers(-9, 9), min_size=3, max_size=3))
-        found = begin + offset + sum(map(int.__mul__, indexes, strides))
-        assert found % size == 0
+        address = begin + offset + sum(map(int.__mul__, indexes, strides))
+        assert address % size == 0
     elif home is Home.AREA and bounded:
         assert offset % size or any(stride % size for stride in strides)
     assert place.is_fixed is (not strides and home is not Home.ADDRESS)

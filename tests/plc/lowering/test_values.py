@@ -64,12 +64,12 @@ def test_limit_is_a_minimum_of_a_maximum(value: Callable[[str], LoweredValue]) -
     least = _computed(most.operands[0])
     assert least.operator is Operator.MAX
     assert isinstance(least.operands[1], Known)
-    kept = value("n := LIMIT(k, i, n);")
-    assert isinstance(kept, Convert)
-    assert isinstance(kept.operand, Sequence)
-    (keep,) = kept.operand.effects
+    node = value("n := LIMIT(k, i, n);")
+    assert isinstance(node, Convert)
+    assert isinstance(node.operand, Sequence)
+    (keep,) = node.operand.effects
     assert isinstance(keep, Keep)
-    least = _computed(_computed(kept.operand.value).operands[0])
+    least = _computed(_computed(node.operand.value).operands[0])
     assert least.operands[1] == keep.temporary
 
 
@@ -101,26 +101,26 @@ def test_count_of_a_shift_is_within_the_width(value: Callable[[str], LoweredValu
 
 def test_times_are_rescaled_by_arithmetic(value: Callable[[str], LoweredValue]) -> None:
     for text in ("t := LTIME_TO_TIME(l);", "d := DT_TO_DATE(dt);", "t := TIME();"):
-        found = value(text)
-        assert isinstance(found, Convert)
-        assert found.rule is Conversion.CUT
-        assert _computed(found).operator is Operator.DIV
+        node = value(text)
+        assert isinstance(node, Convert)
+        assert node.rule is Conversion.CUT
+        assert _computed(node).operator is Operator.DIV
 
 
 def test_sum_of_reals_keeps_its_numbers(value: Callable[[str], LoweredValue]) -> None:
-    found = value("x := y + z * x;")
-    assert isinstance(found, Check)
-    assert len(found.operands) == 3
+    node = value("x := y + z * x;")
+    assert isinstance(node, Check)
+    assert len(node.operands) == 3
     assert not isinstance(value("x := y + 1.0;"), Check)
 
 
 def test_text_is_copied_before_a_call_that_may_change_it(
     value: Callable[[str], LoweredValue],
 ) -> None:
-    found = _computed(value("u := CONCAT(s, F(s));"))
-    assert isinstance(found.operands[0], Copy)
-    found = _computed(value("u := CONCAT(s, u);"))
-    assert isinstance(found.operands[0], LoadValue)
+    node = _computed(value("u := CONCAT(s, F(s));"))
+    assert isinstance(node.operands[0], Copy)
+    node = _computed(value("u := CONCAT(s, u);"))
+    assert isinstance(node.operands[0], LoadValue)
 
 
 def test_text_before_a_call_is_what_it_was(run: Run) -> None:
@@ -129,7 +129,7 @@ def test_text_before_a_call_is_what_it_was(run: Run) -> None:
 
 
 def test_number_as_text_is_left_to_the_runtime(value: Callable[[str], LoweredValue]) -> None:
-    found = value("u := INT_TO_STRING(i);")
-    while isinstance(found, Convert):
-        found = found.operand
-    assert isinstance(found, External)
+    node = value("u := INT_TO_STRING(i);")
+    while isinstance(node, Convert):
+        node = node.operand
+    assert isinstance(node, External)

@@ -31,8 +31,8 @@ def _ran(text: str, *, exceptions: bool = True, check_bounds: bool = True) -> Pl
 def test_the_cache(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setenv("ACHSE_CACHE_DIR", str(tmp_path / "cache"))
     first = _ran(TEXT)
-    kept = list((tmp_path / "cache").glob("structured-text-*"))
-    assert len(kept) == 1
+    files = list((tmp_path / "cache").glob("structured-text-*"))
+    assert len(files) == 1
     with monkeypatch.context() as patch:
         patch.setattr("achse.plc.machine.build.compile_module", None)
         again = _ran(TEXT)  # nothing is compiled
@@ -43,5 +43,5 @@ def test_the_cache(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     _ran(TEXT.replace("+ 2", "+ 3"))
     _ran(TEXT.replace("x : INT", "x : DINT"))
     assert len(list((tmp_path / "cache").glob("structured-text-*"))) == 5
-    kept[0].write_bytes(b"nonsense")
+    files[0].write_bytes(b"nonsense")
     assert _ran(TEXT).memory.digest() == first.memory.digest()

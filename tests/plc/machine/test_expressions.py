@@ -184,9 +184,9 @@ class Author:
                 f"{label}: {self.assignment()}"
             ),
         ]
-        made = dice.choice(ways if self.depth == 1 else ways[:-1])()
+        statement = dice.choice(ways if self.depth == 1 else ways[:-1])()
         self.depth -= 1
-        return made
+        return statement
 
     def program(self) -> str:
         """A whole project."""

@@ -24,7 +24,7 @@ def _text(kind: str) -> str:
     last = len(VALUES) - 1
     values = "\n".join(tried(f"v[{n}] := {value};") for n, value in enumerate(VALUES))
     one = "\n".join(tried(f"a[i] := {name}(x);") for name in ONE)
-    two = "\n".join(tried(f"a[i] := {made};") for made in TWO)
+    two = "\n".join(tried(f"a[i] := {term};") for term in TWO)
     count = RESULTS + len(VALUES)
     return (
         f"PROGRAM MAIN VAR a : ARRAY[0..{count}] OF {kind}; x, y, d : {kind}; i, m, n : INT;"

@@ -17,11 +17,11 @@ def test_python_calls_with_values_of_all_kinds(run: Run) -> None:
         "PROGRAM MAIN VAR s : STRING; END_VAR s := F(1, 1, '', b := FALSE); END_PROGRAM"
     )
     function = ran.plc.bodies.execution.function("f")
-    given = bytes([7, 0, 0, 0, 0, 0, 0, 0]) + b"\0\0\0\0\0\0\xf8\x3f"
-    assert function(12, 0.5, b"hello", given, True) == (
-        b"hello12", -12, b"hell", bytes([8]) + given[1:], -0.5,
+    record = bytes([7, 0, 0, 0, 0, 0, 0, 0]) + b"\0\0\0\0\0\0\xf8\x3f"
+    assert function(12, 0.5, b"hello", record, True) == (
+        b"hello12", -12, b"hell", bytes([8]) + record[1:], -0.5,
     )  # fmt: skip
-    assert function(12, v_r=0.5, v_s=b"", v_t=given, v_b=False)[0] == b"12"
+    assert function(12, v_r=0.5, v_s=b"", v_t=record, v_b=False)[0] == b"12"
 
 
 def test_results_are_taken_before_finally(run: Run) -> None:

@@ -124,7 +124,7 @@ def _program_of_accesses(dice: random.Random, count: int) -> tuple[str, list[_Ar
     """A program that reads or writes element `i` of array `which`, or tells its address."""
     declared: dict[str, str] = dict.fromkeys(("global", "struct", "block", "program", "call"), "")
     branches = dict.fromkeys(("block", "program", "call"), "")
-    kept = ""
+    variables = ""
     arrays = []
     for number in range(count):
         type = dice.choice(list(_ELEMENTS))
@@ -138,7 +138,7 @@ def _program_of_accesses(dice: random.Random, count: int) -> tuple[str, list[_Ar
         path = {"struct": "GVL.outer.inner.", "global": "GVL."}.get(place, "")
         index = "GVL.i" + ", 2" * bool(columns)
         element = f"{path}a{number}[{index}]"
-        kept += f"x{number} : {type}; "
+        variables += f"x{number} : {type}; "
         act = f"GVL.x{number} := {element};"
         if dice.random() < 0.5:
             act = f"{element} := {value or f'GVL.x{number}'};"
@@ -153,7 +153,7 @@ def _program_of_accesses(dice: random.Random, count: int) -> tuple[str, list[_Ar
         f"TYPE Inner : STRUCT pad : BYTE; {declared['struct']} END_STRUCT END_TYPE\n"
         "TYPE Outer : STRUCT pad : INT; inner : Inner; END_STRUCT END_TYPE\n"
         "VAR_GLOBAL which : INT := 99; looks : BOOL; i : LINT; place : LWORD; outer : Outer;\n"
-        f"{declared['global']}{kept} END_VAR\n"
+        f"{declared['global']}{variables} END_VAR\n"
         f"FUNCTION fc : INT VAR pad : BYTE; {declared['call']} END_VAR\n{body['call']}"
         f" END_FUNCTION\nFUNCTION_BLOCK F VAR {declared['block']} END_VAR\n{body['block']}"
         f" END_FUNCTION_BLOCK\nPROGRAM MAIN VAR f : F; {declared['program']} END_VAR\n"

@@ -74,7 +74,7 @@ def test_texts_compare_and_are_found(drawn: tuple[bytes, bytes, int]) -> None:
         for text in (left, right)
     ]
     assert (order > 0) - (order < 0) == (units[0] > units[1]) - (units[0] < units[1])
-    found = next(
+    position = next(
         (
             at + 1
             for at in range(len(units[0]) - len(units[1]) + 1)
@@ -82,7 +82,7 @@ def test_texts_compare_and_are_found(drawn: tuple[bytes, bytes, int]) -> None:
         ),
         0,
     )
-    assert CODE.function("run find")(*texts, unit) == (found if right else 0)
+    assert CODE.function("run find")(*texts, unit) == (position if right else 0)
 
 
 def test_a_wide_text_ends_at_its_nul() -> None:

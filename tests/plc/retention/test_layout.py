@@ -40,9 +40,9 @@ def test_a_frame_begins_with_the_headers_of_its_blocks() -> None:
     image = frame_image(routine, project.blocks)
     assert len(image) == routine.frame.size
     inner, outer = (project.blocks[key].number for key in ("fb_inner", "fb_outer"))
-    found = {}
+    headers = {}
     for field in routine.frame.fields:
         if field.type.name == "FB_Outer":
             words = range(field.offset, field.offset + field.type.size, 8)
-            found[field.name] = [int.from_bytes(image[at : at + 8], "little") for at in words]
-    assert found == {"fb": [outer, inner, 0, inner, 0, 0], "F": [outer, inner, 0, inner, 0, 0]}
+            headers[field.name] = [int.from_bytes(image[at : at + 8], "little") for at in words]
+    assert headers == {"fb": [outer, inner, 0, inner, 0, 0], "F": [outer, inner, 0, inner, 0, 0]}

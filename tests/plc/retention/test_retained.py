@@ -71,8 +71,8 @@ def test_values_of_an_image_are_those_of_the_memory(
     image = layout.image(ran.plc.memory)
     values = layout.variables(image)
     assert {name: value.data for name, value in values.items()} == expected
-    kept = RetainedLayout.parsed(json.loads(json.dumps(layout.document())))
-    assert kept.variables(image) == values
+    restored = RetainedLayout.parsed(json.loads(json.dumps(layout.document())))
+    assert restored.variables(image) == values
 
 
 @given(st.integers(370, 520), st.integers(1, 255))

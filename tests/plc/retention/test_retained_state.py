@@ -40,11 +40,11 @@ def test_what_was_kept_is_there_again(number: int, numbers: list[int], text: str
     main["p"][1], main["p"][2] = numbers[:2]
     main["a"][0]["nStarts"], main["a"][1]["nStarts"] = numbers[2:]
     before.plc.instance("GVL")["sName"] = text
-    kept = retained_variables(before.plc)
-    assert set(kept) == {
+    retained = retained_variables(before.plc)
+    assert set(retained) == {
         "MAIN.r", "MAIN.p", "MAIN.a[0].nStarts", "MAIN.a[1].nStarts", "GVL.sName"
     }  # fmt: skip
-    assert inherit_variables(after.plc, kept) == []
+    assert inherit_variables(after.plc, retained) == []
     assert (after["r"], after["p"], after["n"]) == (number, numbers[:2], 0)
     assert [one["nStarts"] for one in after.plc.instance("MAIN")["a"]] == numbers[2:]
     assert after.plc.instance("GVL")["sName"] == text
@@ -89,25 +89,31 @@ END_PROGRAM
 def _values(ran: Ran) -> dict[str, int]:
     plc = ran.plc
     assert plc.bodies is not None
-    found = {
+    values = {
         one.name: int.from_bytes(plc.memory[one.area].read(one.offset, 2), "little")
         for one in (*plc.statics, *plc.bodies.statics)
     }
     for name in ("a", "b"):
-        found |= {f"{name}.{n}": ran[f"{name}.{n}"] for n in ("nTotal", "nIn", "nLeft")}
-    return found
+        values |= {f"{name}.{n}": ran[f"{name}.{n}"] for n in ("nTotal", "nIn", "nLeft")}
+    return values
 
 
 def test_a_cold_reset_and_a_restart_keep_what_fb_init_and_declarations_set() -> None:
     ran = Ran(STARTS, has_twin=False).cycle(3)
-    kept = {"a.nTotal": 103, "b.nTotal": 53, "b.nIn": 53, "FB_Pump.nAll": 8, "F_Count.nCalls": 3}
-    assert _values(ran) == kept | {"a.nIn": 8, "a.nLeft": 1, "b.nLeft": 1}
+    retained = {
+        "a.nTotal": 103,
+        "b.nTotal": 53,
+        "b.nIn": 53,
+        "FB_Pump.nAll": 8,
+        "F_Count.nCalls": 3,
+    }
+    assert _values(ran) == retained | {"a.nIn": 8, "a.nLeft": 1, "b.nLeft": 1}
     values = retained_variables(ran.plc)
     ran.plc.reset()
-    assert _values(ran) == kept | {"a.nIn": 5, "a.nLeft": 2, "b.nLeft": 1}
+    assert _values(ran) == retained | {"a.nIn": 5, "a.nLeft": 2, "b.nLeft": 1}
     after = Ran(STARTS, has_twin=False)
     assert inherit_variables(after.plc, values) == []
-    assert _values(after) == kept | {"a.nIn": 5, "a.nLeft": 1, "b.nLeft": 1}
+    assert _values(after) == retained | {"a.nIn": 5, "a.nLeft": 1, "b.nLeft": 1}
     ran.plc.reset(origin=True)
     assert _values(ran) == {
         "a.nTotal": 100, "b.nTotal": 50, "b.nIn": 50, "FB_Pump.nAll": 2, "F_Count.nCalls": 0,
@@ -161,15 +167,15 @@ def _leading(first: str = "", before: str = "", type: str = "INT", body: str = "
 def test_pointers_lead_to_the_same_variables_in_another_program() -> None:
     before = _leading(body=AIM).cycle()
     assert [before[name] for name in "abcde"] == [101, 5, 102, 7, 44]
-    kept = retained_variables(before.plc)
+    retained = retained_variables(before.plc)
     after = _leading(OTHER, "aMore : ARRAY [0..99] OF INT := [100(3)];")
-    assert inherit_variables(after.plc, kept) == []
+    assert inherit_variables(after.plc, retained) == []
     assert after["q"] == 0, "what __NEW made is gone"
     after.plc.instance("GVL")["w"] = 9
     after.cycle()
     assert [after[name] for name in "abcde"] == [103, 5, 104, 7, 9]
     retyped = _leading(type="DINT", body="p := ADR(t); i := fb; m := ADR(t);")
-    assert inherit_variables(retyped.plc, kept) == ["MAIN.r"]
+    assert inherit_variables(retyped.plc, retained) == ["MAIN.r"]
     retyped.cycle()
     assert [retyped[name] for name in "abcde"] == [103, 5, 104, 0, 5]
 
@@ -205,14 +211,14 @@ def test_values_behind_a_pointer_are_kept() -> None:
 
 def test_pointer_into_an_image_stays_within_it() -> None:
     before = _behind(body="q := ADR(w);").cycle()
-    kept = dict(retained_variables(before.plc))
-    [lead] = kept["MAIN.q"].leads
+    retained = dict(retained_variables(before.plc))
+    [lead] = retained["MAIN.q"].leads
     after = _behind()
     size = len(after.plc.memory[Area.FLAG])
     for offset, leads in ((size - 1, True), (size, False)):
-        kept["MAIN.q"] = kept["MAIN.q"]._replace(leads=(lead._replace(offset=offset),))
+        retained["MAIN.q"] = retained["MAIN.q"]._replace(leads=(lead._replace(offset=offset),))
         after = _behind()
-        inherit_variables(after.plc, kept)
+        inherit_variables(after.plc, retained)
         assert (after["q"] != 0) is leads
 
 
@@ -245,10 +251,10 @@ def test_damaged_value_of_a_bit_changes_no_other_bit() -> None:
     PROGRAM MAIN VAR f : FB_Bits; END_VAR END_PROGRAM
     """
     after = Ran(text, has_twin=False)
-    kept = dict(retained_variables(after.plc))
-    kept["MAIN.f.a"] = kept["MAIN.f.a"]._replace(data=b"\1\1")
-    del kept["MAIN.f.b"]
-    assert inherit_variables(after.plc, kept) == []
+    retained = dict(retained_variables(after.plc))
+    retained["MAIN.f.a"] = retained["MAIN.f.a"]._replace(data=b"\1\1")
+    del retained["MAIN.f.b"]
+    assert inherit_variables(after.plc, retained) == []
     assert (after["f.a"], after["f.b"]) == (True, False)
 
 
@@ -256,11 +262,11 @@ def test_damaged_value_of_a_bit_changes_no_other_bit() -> None:
 def test_value_of_another_length_is_reported_and_not_used(change: int) -> None:
     before, after = _ran(), _ran()
     before.plc.instance("MAIN")["r"] = 77
-    kept = dict(retained_variables(before.plc))
-    data = kept["MAIN.r"].data
-    kept["MAIN.r"] = kept["MAIN.r"]._replace(data=(data + b"\0")[: len(data) + change])
+    retained = dict(retained_variables(before.plc))
+    data = retained["MAIN.r"].data
+    retained["MAIN.r"] = retained["MAIN.r"]._replace(data=(data + b"\0")[: len(data) + change])
     memory = bytes(after.plc.memory[Area.RETAIN].data)
-    assert inherit_variables(after.plc, kept) == ["MAIN.r"]
+    assert inherit_variables(after.plc, retained) == ["MAIN.r"]
     assert bytes(after.plc.memory[Area.RETAIN].data) == memory
 
 
@@ -298,11 +304,11 @@ def test_pointer_begins_as_declared_if_its_target_is_none(
     main["s"]["n"], main["s"]["k"] = 3, 4
     places = {one.name.lower(): one for one in before.plc.variables}
     declared, place = before["s.p"], places.get(target.lower(), places["main.t"])
-    kept = dict(retained_variables(before.plc))
-    [lead] = kept["MAIN.s"].leads
+    retained = dict(retained_variables(before.plc))
+    [lead] = retained["MAIN.s"].leads
     lead = lead._replace(target=target, offset=offset, type=place.variable.type.guid.hex())
-    kept["MAIN.s"] = kept["MAIN.s"]._replace(leads=(lead,))
-    assert inherit_variables(after.plc, kept) == []
+    retained["MAIN.s"] = retained["MAIN.s"]._replace(leads=(lead,))
+    assert inherit_variables(after.plc, retained) == []
     used = after.plc.memory.address(place.area, place.offset) + offset
     assert (after["s.n"], after["s.p"], after["s.k"]) == (3, used if is_used else declared, 4)
 
@@ -310,10 +316,10 @@ def test_pointer_begins_as_declared_if_its_target_is_none(
 @pytest.mark.parametrize("change", [{"at": 0}, {"at": 999}, {"type": ""}])
 def test_pointer_of_a_damaged_file_begins_as_declared(change: dict[str, Any]) -> None:
     before, after = Ran(TARGETS, has_twin=False), Ran(TARGETS, has_twin=False)
-    kept = dict(retained_variables(before.plc))
-    leads = [lead._replace(offset=1, **change) for lead in kept["MAIN.s"].leads]
-    kept["MAIN.s"] = kept["MAIN.s"]._replace(leads=tuple(leads))
-    assert inherit_variables(after.plc, kept) == []
+    retained = dict(retained_variables(before.plc))
+    leads = [lead._replace(offset=1, **change) for lead in retained["MAIN.s"].leads]
+    retained["MAIN.s"] = retained["MAIN.s"]._replace(leads=tuple(leads))
+    assert inherit_variables(after.plc, retained) == []
     assert (after["s.n"], after["s.p"], after["s.k"]) == (0, before["s.p"], 0)
 
 

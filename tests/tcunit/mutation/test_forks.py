@@ -32,23 +32,23 @@ def test_each_copy_has_its_own_memory(jobs: int) -> None:
         return seen * 20_000  # more than a pipe holds
 
     works = [lambda number=number: work(number) for number in range(7)]
-    found = dict(in_copies(works, jobs, 10.0))
-    assert sorted(found) == list(range(7))
-    assert all(one.value == [number] * 20_000 for number, one in found.items())
+    results = dict(in_copies(works, jobs, 10.0))
+    assert sorted(results) == list(range(7))
+    assert all(one.value == [number] * 20_000 for number, one in results.items())
     assert seen == []
 
 
 def test_what_does_not_return() -> None:
-    found = dict(in_copies([_fails, _is_killed, lambda: os._exit(3)], 1, 10.0))
-    assert found[0].problem == "ValueError: no"
-    assert found[1].problem == "ended by signal 9"
-    assert found[2].problem == "ended with code 3"
-    assert not any(one.is_out_of_time for one in found.values())
+    results = dict(in_copies([_fails, _is_killed, lambda: os._exit(3)], 1, 10.0))
+    assert results[0].problem == "ValueError: no"
+    assert results[1].problem == "ended by signal 9"
+    assert results[2].problem == "ended with code 3"
+    assert not any(one.is_out_of_time for one in results.values())
 
 
 def test_what_takes_too_long_is_ended() -> None:
-    ((_, found),) = in_copies([_endless], 1, 0.01)
-    assert found.is_out_of_time
+    ((_, results),) = in_copies([_endless], 1, 0.01)
+    assert results.is_out_of_time
 
 
 def test_no_copy_outlives_its_caller() -> None:

@@ -19,16 +19,16 @@ END_FUNCTION
 
 
 def test_comments_and_names(routines: Routines) -> None:
-    found = {
+    mutants = {
         (one.routine.locate(one.at).line, one.change): one
         for one in mutants_of(routines(TEXT)["f_marked"])
     }
     options = MutationOptions(equivalent=("f_marked: 3 becomes 4",), exclude=("F_Other", "F_M*d"))
-    marked = {key for key, one in found.items() if is_marked(one, options)}
+    marked = {key for key, one in mutants.items() if is_marked(one, options)}
     assert {line for line, _ in marked} == {2, 4, 5}
     assert [change for line, change in marked if line == 5] == ["3 becomes 4"]
-    assert all(options.excludes(one) for one in found.values())
-    assert not any(MutationOptions().excludes(one) for one in found.values())
+    assert all(options.excludes(one) for one in mutants.values())
+    assert not any(MutationOptions().excludes(one) for one in mutants.values())
 
 
 def test_options_of_a_project(tmp_path: Path) -> None:

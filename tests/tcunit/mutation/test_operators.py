@@ -17,23 +17,23 @@ from tests.tcunit.mutation.conftest import PLANTED, Routines, routines_of
 
 
 def test_faults_by_hand(routines: Routines, planted: str) -> None:
-    found = defaultdict(list)
+    changes_by_line = defaultdict(list)
     for routine in routines(planted).values():
         for mutant in mutants_of(routine):
-            found[routine.locate(mutant.at).line].append(mutant.change)
+            changes_by_line[routine.locate(mutant.at).line].append(mutant.change)
     wanted = {
         number: note[1].split("; ")
         for number, line in enumerate(planted.splitlines(), 1)
         if (note := re.search(r"//= (.*)$", line))
     }
-    assert {line: sorted(changes) for line, changes in found.items()} == wanted
+    assert {line: sorted(changes) for line, changes in changes_by_line.items()} == wanted
 
 
 @cache
 def _mutants(text: str) -> list[Mutant]:
     """Mutants that the text can show."""
-    found = [one for routine in routines_of(text).values() for one in mutants_of(routine)]
-    return [mutant for mutant in found if mutant.edit is not None]
+    mutants = [one for routine in routines_of(text).values() for one in mutants_of(routine)]
+    return [mutant for mutant in mutants if mutant.edit is not None]
 
 
 @given(st.randoms(use_true_random=False))
@@ -78,8 +78,8 @@ END_FOR
 RETURN(i = i);
 END_FUNCTION
 """
-    found = [mutant.change for mutant in mutants_of(routines(text)["f"])]
-    assert found == [
+    changes = [mutant.change for mutant in mutants_of(routines(text)["f"])]
+    assert changes == [
         "condition becomes TRUE",
         "condition becomes FALSE",
         "= becomes <>",
@@ -96,8 +96,8 @@ def test_drawn_bodies_have_faults_by_place() -> None:
     project = check(declare([read(text)]))
     assert not project.faults, project.faults
     routine = project.routines["main"]
-    found = sorted((routine.source.place(one.at), one.change) for one in mutants_of(routine))
-    assert found == [
+    changes = sorted((routine.source.place(one.at), one.change) for one in mutants_of(routine))
+    assert changes == [
         ("box ADD (2)", "+ becomes -"),
         ("box ADD (2)", "statement removed"),
         ("output q (1)", "statement removed"),

@@ -15,13 +15,13 @@ def test_counts_by_suite(tcunit_stub: Path) -> None:
     assert counters is not None
     reach = reach_of_suites(tests)
     bench.run(5.0, 60.0, None)
-    found = reach()
-    assert set(found.counts) == {AT_START, ELSEWHERE, 1, 2}
+    reached = reach()
+    assert set(reached.counts) == {AT_START, ELSEWHERE, 1, 2}
     touched = {}
     for key in ("f_clamp", "f_sum", "fb_count", "fb_count.fb_init", "prg_test"):
         for mutant in mutants_of(tests.routines[key]):
             line = mutant.routine.locate(mutant.at).line
-            of = found.of(mutant, counters)
+            of = reached.of(mutant, counters)
             touched[line] = (set(of.suites), of.at_start, of.elsewhere)
             assert of.is_empty is (touched[line] == (set(), False, False))
     assert touched == {

@@ -56,12 +56,12 @@ def test_who_notices_a_fault(
 ) -> None:
     mutant = mutant_of(bench, key, change)
     passing = PASSING if chosen is None else frozenset(t for t in PASSING if "Clamp" in t[1])
-    found = try_mutant(bench, 0, mutant, chosen, passing, TrialLimits(5.0), resets=resets)
-    assert found == Trial(noticed)
+    trial = try_mutant(bench, 0, mutant, chosen, passing, TrialLimits(5.0), resets=resets)
+    assert trial == Trial(noticed)
 
 
 def test_what_is_endless_is_stopped(bench: TestBench) -> None:
     mutant = mutant_of(bench, "f_sum", "+ becomes -")
-    found = try_mutant(bench, 0, mutant, [2], PASSING, TrialLimits(5.0, 5000))
-    assert found.is_out_of_time
-    assert "5000 loop passes" in found.noticed
+    trial = try_mutant(bench, 0, mutant, [2], PASSING, TrialLimits(5.0, 5000))
+    assert trial.is_out_of_time
+    assert "5000 loop passes" in trial.noticed
