@@ -168,24 +168,26 @@ END_VAR
     ],
 )
 def test_types_are_those_that_python_declares(name: str, python: Typelike) -> None:
-    found, expected = declared(SOURCE).types[name], iec_type(python)
-    assert type(found) is type(expected)
-    assert found.describe() == expected.describe()
-    assert found.guid == expected.guid
-    assert found.default == expected.default
-    assert found.comment == expected.comment
+    type_of_source, expected = declared(SOURCE).types[name], iec_type(python)
+    assert type(type_of_source) is type(expected)
+    assert type_of_source.describe() == expected.describe()
+    assert type_of_source.guid == expected.guid
+    assert type_of_source.default == expected.default
+    assert type_of_source.comment == expected.comment
     if name != "fb_valve":  # Python declares no attributes of methods.
-        assert describe_type(found) == describe_type(expected)
+        assert describe_type(type_of_source) == describe_type(expected)
 
 
 @pytest.mark.parametrize("name", ["main", "gvl"])
 def test_units_are_those_that_python_declares(name: str) -> None:
     units = {unit.__iec__.name.lower(): unit for unit in declared(SOURCE).units}
     expected = MAIN if name == "main" else GVL
-    found = units[name]
-    assert issubclass(found, Program if name == "main" else GlobalVariables)
-    assert found.__iec__.default == iec_type(expected).default
-    for member, python in zip(found.__iec__.members, iec_type(expected).members, strict=True):
+    unit_of_source = units[name]
+    assert issubclass(unit_of_source, Program if name == "main" else GlobalVariables)
+    assert unit_of_source.__iec__.default == iec_type(expected).default
+    for member, python in zip(
+        unit_of_source.__iec__.members, iec_type(expected).members, strict=True
+    ):
         assert (member.name, member.offset, member.bit) == (python.name, python.offset, python.bit)
         assert member.type.describe() == python.type.describe()
         assert member.initial_bytes() == python.initial_bytes()
@@ -193,7 +195,7 @@ def test_units_are_those_that_python_declares(name: str) -> None:
             python.address, python.retain, python.apart, python.constant,
         )  # fmt: skip
         assert dict(member.attributes) == dict(python.attributes)
-    assert {m.section for m in found.__iec__.members} == (
+    assert {m.section for m in unit_of_source.__iec__.members} == (
         {Section.LOCAL} if name == "main" else {Section.GLOBAL}
     )
 
@@ -211,10 +213,10 @@ def test_declared_programs_work_in_memory() -> None:
 def test_methods_for_rpc() -> None:
     valve = declared(SOURCE).types["fb_valve"]
     assert isinstance(valve, StructType)
-    (found,), (expected,) = valve.methods, iec_type(Valve).methods
-    assert (found.name, found.parameters) == (expected.name, expected.parameters)
-    assert (found.returns, found.comment) == (BOOL, " shuts it")
-    assert found.attributes == {"TcRpcEnable": ""}
+    (method,), (expected,) = valve.methods, iec_type(Valve).methods
+    assert (method.name, method.parameters) == (expected.name, expected.parameters)
+    assert (method.returns, method.comment) == (BOOL, " shuts it")
+    assert method.attributes == {"TcRpcEnable": ""}
 
 
 def one(text: str, name: str = "t", **options: Any) -> IecType[Any]:
@@ -234,10 +236,10 @@ def test_aliases_and_subranges() -> None:
 
 
 def test_enumerations() -> None:
-    found = one("T : (A, B := 5, C, D := B * 2 + Lib.cOne) DINT;", constants={"cOne": 1})
-    assert isinstance(found, EnumType)
-    assert found.numbers == {"A": 0, "B": 5, "C": 6, "D": 11}
-    assert found.size == 4
+    enum = one("T : (A, B := 5, C, D := B * 2 + Lib.cOne) DINT;", constants={"cOne": 1})
+    assert isinstance(enum, EnumType)
+    assert enum.numbers == {"A": 0, "B": 5, "C": 6, "D": 11}
+    assert enum.size == 4
 
 
 def test_pack_mode() -> None:
@@ -258,21 +260,21 @@ def test_pack_modes_between_the_powers_count_as_the_one_below(mode: str, size: i
 
 
 def test_pointers_may_lead_back() -> None:
-    found = one("ST_Node : STRUCT p : POINTER TO st_node; r : REFERENCE TO ST_Node; END_STRUCT",
+    node = one("ST_Node : STRUCT p : POINTER TO st_node; r : REFERENCE TO ST_Node; END_STRUCT",
                 "st_node")  # fmt: skip
-    assert isinstance(found, StructType)
-    pointer, reference = (member.type for member in found.members)
+    assert isinstance(node, StructType)
+    pointer, reference = (member.type for member in node.members)
     assert isinstance(pointer, PointerType)
     assert (pointer.name, reference.name) == ("POINTER TO ST_Node", "REFERENCE TO ST_Node")
-    assert pointer.target is found
+    assert pointer.target is node
 
 
 def test_variables_by_reference() -> None:
-    found = declared(
+    block = declared(
         "FUNCTION_BLOCK F VAR_IN_OUT a : INT; b : ARRAY [*] OF INT; END_VAR END_FUNCTION_BLOCK"
     ).types["f"]
-    assert isinstance(found, StructType)
-    assert [(m.type.name, m.section) for m in found.members] == [
+    assert isinstance(block, StructType)
+    assert [(m.type.name, m.section) for m in block.members] == [
         (reference_to(INT).name, Section.IN_OUT),
         (reference_to(INT).name, Section.IN_OUT),
         ("DINT", Section.LOCAL),  # the bounds of b, which a call brings along
@@ -290,14 +292,14 @@ FUNCTION_BLOCK F IMPLEMENTS I_A VAR i : I_A; END_VAR END_FUNCTION_BLOCK"""
 
 
 def test_names_without_case_and_across_files() -> None:
-    found = declare(
+    project = declare(
         [
             parse("PROGRAM Main VAR a : ARRAY [0..gvl.CMAX] OF st_x; END_VAR END_PROGRAM"),
             parse("VAR_GLOBAL CONSTANT cMax : INT := E_X.b; END_VAR", name="GVL"),
             parse("TYPE ST_X : STRUCT x : INT; END_STRUCT END_TYPE TYPE E_X : (A, B); END_TYPE"),
         ]
     )
-    (variable,) = found.programs["main"].__iec__.members
+    (variable,) = project.programs["main"].__iec__.members
     assert variable.type.name == "ARRAY [0..1] OF ST_X"
 
 
@@ -310,8 +312,8 @@ NAMESPACE N
 END_NAMESPACE
 TYPE T : LREAL; END_TYPE
 PROGRAM P VAR a : N.T := N.N.c; b : T; c : N.S; d : Other.T; END_VAR END_PROGRAM"""
-    found = declared(text)
-    sizes = [member.type.size for member in found.programs["p"].__iec__.members]
+    project = declared(text)
+    sizes = [member.type.size for member in project.programs["p"].__iec__.members]
     assert sizes == [2, 8, 2, 8]
 
 
@@ -328,10 +330,10 @@ def test_faults_in_a_library_count_where_it_is_named() -> None:
 def test_libraries_and_given_types() -> None:
     library = parse("TYPE ST_L : STRUCT a : INT; END_STRUCT END_TYPE TYPE T_Bad : X; END_TYPE")
     text = "PROGRAM P VAR a : Lib.ST_L; b : Tc2_Axes.AXIS_OWN; t : TON; END_VAR END_PROGRAM"
-    found = declare([parse(text)], libraries=[library], types={"Axis_Own": Axis})
-    members = found.programs["p"].__iec__.members
+    project = declare([parse(text)], libraries=[library], types={"Axis_Own": Axis})
+    members = project.programs["p"].__iec__.members
     assert [member.type.name for member in members] == ["ST_L", "ST_Axis", "TON"]
-    assert list(found.types) == []
+    assert list(project.types) == []
     own = declared("TYPE TON : INT; END_TYPE")
     assert own.types["ton"].size == 2
 
@@ -366,8 +368,8 @@ PROGRAM P VAR
 END_VAR END_PROGRAM
 FUNCTION_BLOCK FB EXTENDS Base END_FUNCTION_BLOCK
 FUNCTION_BLOCK Base PROPERTY Rate : REAL SET END_SET END_PROPERTY END_FUNCTION_BLOCK"""
-    found = declared(text)
-    members = {member.name: member for member in found.programs["p"].__iec__.members}
+    project = declared(text)
+    members = {member.name: member for member in project.programs["p"].__iec__.members}
     starts = {name: [s.offset for s in member.start_values] for name, member in members.items()}
     ton = members["f"].type
     assert isinstance(ton, StructType)
@@ -519,8 +521,8 @@ def test_deep_dependencies_are_a_fault_or_flat() -> None:
     chain = "".join(f"T{n} : STRUCT a : T{n + 1}; END_STRUCT " for n in range(500))
     assert "rest on each other" in messages(f"TYPE {chain} T500 : INT; END_TYPE")[0]
     chain = "".join(f"c{n} : INT := c{n - 1} + 1; " for n in range(1, 500))
-    found = declared(f"VAR_GLOBAL CONSTANT c0 : INT := 0; {chain} END_VAR")
-    assert found.globals["gvl"].__iec__.members[-1].initial == 499
+    project = declared(f"VAR_GLOBAL CONSTANT c0 : INT := 0; {chain} END_VAR")
+    assert project.globals["gvl"].__iec__.members[-1].initial == 499
     turned = " ".join(reversed([f"c{n} : INT := c{n - 1} + 1;" for n in range(1, 500)]))
     assert (
         "rest on each other" in messages(f"VAR_GLOBAL CONSTANT {turned} c0 : INT := 0; END_VAR")[0]
@@ -546,10 +548,10 @@ PROGRAM P VAR x : F<4>; y : F<8>; END_VAR END_PROGRAM"""
 
 @pytest.mark.parametrize("name", ["name", "value", "real", "Values", "_order", "x__y", "self"])
 def test_values_may_be_named_like_things_of_python(name: str) -> None:
-    found = one(f"T : (a, {name});")
-    assert isinstance(found, EnumType)
-    assert found.numbers == {"a": 0, name: 1}
-    assert found.decode(found.encode(name)) == 1
+    enum = one(f"T : (a, {name});")
+    assert isinstance(enum, EnumType)
+    assert enum.numbers == {"a": 0, name: 1}
+    assert enum.decode(enum.encode(name)) == 1
 
 
 def test_a_generic_block_is_looked_at_with_certain_values_only() -> None:

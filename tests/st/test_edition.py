@@ -25,8 +25,8 @@ def test_feature(feature: Feature) -> None:
         assert _refusal(feature)
         return
     plc = Drawn(parse(feature.program, name="GVL")).cycle()
-    found = {name: plc[name] for name in feature.result}
-    assert {name: _shown(value) for name, value in found.items()} == feature.result
+    values = {name: plc[name] for name in feature.result}
+    assert {name: _shown(value) for name, value in values.items()} == feature.result
 
 
 def _shown(value: object) -> object:

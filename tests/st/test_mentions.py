@@ -32,8 +32,8 @@ def mentioned(text: str) -> list[str]:
     ]
     assert not [fault for one in sources for fault in one.faults]
     names.scopes.add(sources)
-    found = mentions_of(names.scopes.entries["x"], names.scopes)
-    return sorted(entry.name for entry in found.units if entry.name != "X")
+    mentions = mentions_of(names.scopes.entries["x"], names.scopes)
+    return sorted(entry.name for entry in mentions.units if entry.name != "X")
 
 
 @pytest.mark.parametrize(

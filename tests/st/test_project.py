@@ -91,10 +91,10 @@ def test_structured_text_files(tmp_path: Path) -> None:
     )
     (tmp_path / "types.ST").write_text("TYPE T : STRING := 'ä'; END_TYPE", "utf-8-sig")
     (tmp_path / "wide.st").write_text("TYPE W : STRING := 'ä'; END_TYPE", "utf-16")
-    found = load_project(tmp_path).declarations
-    assert "w" in found.types
-    assert found.globals["globals"].__iec__.members[0].initial == "ä"
-    assert found.types["t"].default[:2] == b"\xe4\0"
+    declarations = load_project(tmp_path).declarations
+    assert "w" in declarations.types
+    assert declarations.globals["globals"].__iec__.members[0].initial == "ä"
+    assert declarations.types["t"].default[:2] == b"\xe4\0"
     alone = load_project(tmp_path / "Globals.st").declarations
     assert list(alone.programs) == ["p"]
 
@@ -102,9 +102,9 @@ def test_structured_text_files(tmp_path: Path) -> None:
 def test_libraries(folder: Path, tmp_path_factory: pytest.TempPathFactory) -> None:
     user = tmp_path_factory.mktemp("user")
     (user / "P.st").write_text("PROGRAM P VAR x : Lib.ST_X; END_VAR END_PROGRAM")
-    found = load_project(user, libraries=[folder]).declarations
-    assert [unit.__iec__.name for unit in found.units] == ["P"]
-    assert found.programs["p"].__iec__.size == 2
+    declarations = load_project(user, libraries=[folder]).declarations
+    assert [unit.__iec__.name for unit in declarations.units] == ["P"]
+    assert declarations.programs["p"].__iec__.size == 2
 
 
 def test_all_faults_of_all_files_are_told(folder: Path) -> None:
@@ -208,8 +208,8 @@ def test_a_symbol_file_is_named_among_the_libraries_or_bears_the_name(tmp_path: 
     (tmp_path / "a").mkdir()
     (tmp_path / "a/P.st").write_text("PROGRAM P VAR x : ST_Lib; END_VAR END_PROGRAM")
     (tmp_path / "b.tmc").write_text(LIBRARY)
-    found = load_project(tmp_path / "a", libraries=[tmp_path / "b.tmc"]).declarations
-    assert found.programs["p"].__iec__.size == 8
+    declarations = load_project(tmp_path / "a", libraries=[tmp_path / "b.tmc"]).declarations
+    assert declarations.programs["p"].__iec__.size == 8
     (tmp_path / "a/other.tmc").write_text(LIBRARY)
     with pytest.raises(SourceError, match="no type is named 'ST_Lib'"):
         load_project(tmp_path / "a/P.st")
@@ -229,8 +229,8 @@ def test_types_of_a_library_come_from_the_symbol_file_beside_it(tmp_path: Path) 
     ):
         (tmp_path / name).parent.mkdir(exist_ok=True)
         (tmp_path / name).write_text(text)
-    found = load_project(tmp_path / "a", libraries=[tmp_path]).declarations
-    assert found.programs["p"].__iec__.size == 16
+    declarations = load_project(tmp_path / "a", libraries=[tmp_path]).declarations
+    assert declarations.programs["p"].__iec__.size == 16
 
 
 def test_a_type_in_neither_is_told_with_both(tmp_path: Path) -> None:
@@ -310,13 +310,13 @@ def test_values_of_lists_and_properties_of_blocks_that_only_the_symbol_file_has(
 ) -> None:
     (tmp_path / "P.st").write_text(OF_LISTS)
     (tmp_path / "old.tmc").write_text(LISTS)
-    found = load_project(tmp_path).declarations
-    members = {item.name: item for item in found.programs["p"].__iec__.members}
+    declarations = load_project(tmp_path).declarations
+    members = {item.name: item for item in declarations.programs["p"].__iec__.members}
     assert (members["a"].type.count, members["b"].type.count) == (6, 7)  # type: ignore[attr-defined]
     assert members["s"].initial == "plant"
     assert members["fbA"].initial == {"nId": 4}
-    bodies = Bodies(check(found))
-    plc = PlcRuntime([Task("T", 1_000_000, list(found.programs.values()))], bodies=bodies)
+    bodies = Bodies(check(declarations))
+    plc = PlcRuntime([Task("T", 1_000_000, list(declarations.programs.values()))], bodies=bodies)
     plc.run_due(1_000_000)
     assert plc.failure == ""
     assert plc.instance("P")["n"] == 7

@@ -33,9 +33,9 @@ def test_the_nearest_part_is_found() -> None:
 
 
 def test_an_interface_has_the_methods_of_those_it_extends() -> None:
-    found = BLOCKS.part(NAMES.scopes.entries["i_b"], "go")
-    assert found is not None
-    assert found.entry.name == "I_A"
+    part = BLOCKS.part(NAMES.scopes.entries["i_b"], "go")
+    assert part is not None
+    assert part.entry.name == "I_A"
 
 
 def test_interfaces_are_inherited() -> None:

@@ -144,8 +144,8 @@ def test_statics_of_routines_are_listed(typed: Typed) -> None:
 
 def test_an_interface_cannot_extend_itself(typed: Typed) -> None:
     text = "INTERFACE I_A EXTENDS I_B\nEND_INTERFACE\nINTERFACE I_B EXTENDS I_A\nEND_INTERFACE\n"
-    found = [fault.message for fault in typed(text).faults]
-    assert found == ["interface I_A extends itself", "interface I_B extends itself"]
+    messages = [fault.message for fault in typed(text).faults]
+    assert messages == ["interface I_A extends itself", "interface I_B extends itself"]
 
 
 def test_an_address_of_var_config_without_a_variable_is_a_warning(typed: Typed) -> None:

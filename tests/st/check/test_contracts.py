@@ -52,8 +52,8 @@ END_FUNCTION_BLOCK
     ],
 )  # fmt: skip
 def test_contracts(typed: Typed, block: str, message: str | None) -> None:
-    found = [fault.message for fault in typed(block + UNITS).faults]
-    assert found == ([] if message is None else [message])
+    messages = [fault.message for fault in typed(block + UNITS).faults]
+    assert messages == ([] if message is None else [message])
 
 
 def test_only_inputs_are_written_from_outside(typed: Typed) -> None:

@@ -79,5 +79,5 @@ def test_the_rule_follows_from_the_types(
     source: IecType[object], target: IecType[object], rule: str | None
 ) -> None:
     value = Read(Storage(FrameBase(), 0, source), source)
-    found = converted(value, target, 0)
-    assert (found.rule.value if isinstance(found, Converted) else None) == rule
+    result = converted(value, target, 0)
+    assert (result.rule.value if isinstance(result, Converted) else None) == rule

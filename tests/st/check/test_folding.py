@@ -24,9 +24,9 @@ def test_reals_round_half_away_from_zero(value: float, expected: int) -> None:
 
 @given(st.integers(-(1 << 70), 1 << 70), st.sampled_from([USINT, INT, DINT, UDINT, LINT]))
 def test_a_cut_keeps_the_low_bits(value: int, type: IntegerType) -> None:
-    found = cut(value, type)
-    assert type.low <= found <= type.high
-    assert (found - value) % (1 << 8 * type.size) == 0
+    result = cut(value, type)
+    assert type.low <= result <= type.high
+    assert (result - value) % (1 << 8 * type.size) == 0
 
 
 @pytest.mark.parametrize(

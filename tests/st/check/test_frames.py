@@ -24,6 +24,6 @@ def test_variables_are_aligned_and_keep_their_initial_values() -> None:
 def test_a_bit_has_a_byte_of_its_own() -> None:
     frame = VariableFrame("F", TC3_X64)
     frame.add(Variable(BIT, name="x"))
-    made = frame.add(Variable(BIT, name="y"))
-    assert frame.storage(made, 3) == Storage(FrameBase(), 1, made.type, name="y")
-    assert made.bit is None
+    variable = frame.add(Variable(BIT, name="y"))
+    assert frame.storage(variable, 3) == Storage(FrameBase(), 1, variable.type, name="y")
+    assert variable.bit is None

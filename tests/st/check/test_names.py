@@ -94,13 +94,13 @@ def test_every_variable_is_a_place(typed: Callable[[str], TypedProject]) -> None
         """
     )
     assert not project.faults
-    found = []
+    places = []
     for key in ("fb", "fb.m"):
         for statement in project.routines[key].body or ():
             assert isinstance(statement, Do)
             assert isinstance(statement.value, Stored)
-            found.append(place_of(statement.value.storage))
-    assert found == [
+            places.append(place_of(statement.value.storage))
+    assert places == [
         "this+8", "this+18", "static FB.s", "frame", "pointer", "GVL.global", "%M+10",
         "frame", "this+32", "static FB.M.m",
     ]  # fmt: skip

@@ -10,8 +10,8 @@ from achse.st.values.values import Constant
 
 
 def test_a_plain_number_takes_the_type_it_meets() -> None:
-    found = constant_operand(Constant(5), 0)
-    assert (found.value, found.loose, found.is_bits) == (Known(5, USINT), True, False)
+    operand = constant_operand(Constant(5), 0)
+    assert (operand.value, operand.loose, operand.is_bits) == (Known(5, USINT), True, False)
     bits = constant_operand(Constant(255, BYTE), 0, is_bits=True)
     assert (bits.type, bits.loose, bits.is_bits) == (BYTE, True, True)
     typed = constant_operand(Constant(5, INT), 0)
@@ -25,9 +25,9 @@ def test_reals() -> None:
 
 
 def test_texts_are_as_long_as_they_are() -> None:
-    found = constant_operand(Constant("abc", STRING()), 0)
-    assert isinstance(found.value, Known)
-    assert (found.value.value, found.type.name) == (b"abc", "STRING(3)")
+    operand = constant_operand(Constant("abc", STRING()), 0)
+    assert isinstance(operand.value, Known)
+    assert (operand.value.value, operand.type.name) == (b"abc", "STRING(3)")
     wide = constant_operand(Constant("ab", WSTRING()), 0)
     assert (wide.constant, wide.type.name) == (b"a\0b\0", "WSTRING(2)")
 
@@ -35,16 +35,16 @@ def test_texts_are_as_long_as_they_are() -> None:
 def test_a_reference_is_followed() -> None:
     reference = ReferenceType(INT)
     storage = Storage(FrameBase(), 8, reference, name="r")
-    found = read(storage, reference, 0)
+    operand = read(storage, reference, 0)
     pointer = Read(storage, reference)
-    assert found.storage == Storage(PointerBase(pointer), 0, INT, name="r")
-    assert found.reference is storage
-    assert address_of(found.storage, reference, 0) == pointer
+    assert operand.storage == Storage(PointerBase(pointer), 0, INT, name="r")
+    assert operand.reference is storage
+    assert address_of(operand.storage, reference, 0) == pointer
     assert followed_value(pointer, reference, 0).flat is INT
 
 
 def test_an_address_of_a_variable() -> None:
     storage = Storage(FrameBase(), 8, INT, name="n")
-    found = address_of(storage, PointerType(INT), 0)
-    assert isinstance(found, AddressOf)
-    assert found.storage is storage
+    operand = address_of(storage, PointerType(INT), 0)
+    assert isinstance(operand, AddressOf)
+    assert operand.storage is storage

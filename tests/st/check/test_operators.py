@@ -165,8 +165,8 @@ def expected(tree: Tree, values: dict[str, int]) -> tuple[int, Shape]:
 
 
 def int_quotient(left: int, right: int) -> int:
-    found = abs(left) // abs(right)
-    return found if (left < 0) == (right < 0) else -found
+    magnitude = abs(left) // abs(right)
+    return magnitude if (left < 0) == (right < 0) else -magnitude
 
 
 def written(tree: Tree) -> str:
@@ -229,6 +229,6 @@ def test_any_expression_of_integers(data: st.DataObject) -> None:
     (statement,) = check(declare([parse(source).check()])).routines["main"].body or ()
     assert isinstance(statement, Do)
     assert isinstance(statement.value, Stored)
-    found = computed(statement.value.value, values)
+    outcome = computed(statement.value.value, values)
     value, _ = expected(tree, values)
-    assert found == (value if is_truth else bits(value, (64, True)))
+    assert outcome == (value if is_truth else bits(value, (64, True)))

@@ -28,26 +28,30 @@ ROUTINES = Routines(NAMES)
 
 
 def test_a_function_has_result_parameters_and_locals_in_its_frame() -> None:
-    made = ROUTINES.of_function(NAMES.scopes.entries["f"])
-    assert [variable.name for variable in made.frame.variables] == [
+    signature = ROUTINES.of_function(NAMES.scopes.entries["f"])
+    assert [variable.name for variable in signature.frame.variables] == [
         "F", "a", "b", "c", "__c_lower1", "__c_upper1", "__c_lower2", "__c_upper2", "d", "e",
     ]  # fmt: skip
-    assert [(item.variable.name, item.section, item.type.name) for item in made.parameters] == [
+    assert [
+        (item.variable.name, item.section, item.type.name) for item in signature.parameters
+    ] == [
         ("a", "VAR_INPUT", "BYTE"),
         ("b", "VAR_IN_OUT", "LREAL"),
         ("c", "VAR_IN_OUT", "INT"),
         ("d", "VAR_OUTPUT", "BOOL"),
     ]
-    assert set(made.statics) == {"f", "g"}
-    assert made.kind is RoutineKind.FUNCTION
-    assert ROUTINES.of_function(NAMES.scopes.entries["f"]) is made
-    assert "builtin" in attributes_in(made.tree)
+    assert set(signature.statics) == {"f", "g"}
+    assert signature.kind is RoutineKind.FUNCTION
+    assert ROUTINES.of_function(NAMES.scopes.entries["f"]) is signature
+    assert "builtin" in attributes_in(signature.tree)
 
 
 def test_the_body_of_a_block_has_its_parameters_in_the_instance() -> None:
-    made = ROUTINES.of_body(NAMES.scopes.entries["fb"])
-    assert [variable.name for variable in made.frame.variables] == ["t"]
-    assert [(item.variable.name, item.variable.offset) for item in made.parameters] == [("i", 8)]
+    signature = ROUTINES.of_body(NAMES.scopes.entries["fb"])
+    assert [variable.name for variable in signature.frame.variables] == ["t"]
+    assert [(item.variable.name, item.variable.offset) for item in signature.parameters] == [
+        ("i", 8)
+    ]
 
 
 def test_methods_keep_their_var_inst_in_the_block() -> None:
@@ -56,8 +60,8 @@ def test_methods_keep_their_var_inst_in_the_block() -> None:
     method, accessor = entry.tree.parts
     assert isinstance(method, Method)
     assert isinstance(accessor, Property)
-    made = ROUTINES.of_method(entry, method)
-    assert (made.members, made.is_abstract) == ({"k": "__M__k"}, True)
+    signature = ROUTINES.of_method(entry, method)
+    assert (signature.members, signature.is_abstract) == ({"k": "__M__k"}, True)
     get = ROUTINES.of_accessor(entry, accessor, get=True)
     set = ROUTINES.of_accessor(entry, accessor, get=False)
     assert get is not None

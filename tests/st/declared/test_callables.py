@@ -25,9 +25,9 @@ END_FUNCTION_BLOCK
 
 
 def block() -> StructType[Any]:
-    found = declare([parse(BLOCK)]).types["fb"]
-    assert isinstance(found, StructType)
-    return found
+    type = declare([parse(BLOCK)]).types["fb"]
+    assert isinstance(type, StructType)
+    return type
 
 
 def test_methods_for_clients_with_their_parameters() -> None:
@@ -44,5 +44,5 @@ def test_methods_for_clients_with_their_parameters() -> None:
 
 
 def test_properties_for_clients() -> None:
-    found = [(one.name, one.type, one.readable, one.writable) for one in block().properties]
-    assert found == [("Both", INT, True, True), ("ByGet", LREAL, True, False)]
+    properties = [(one.name, one.type, one.readable, one.writable) for one in block().properties]
+    assert properties == [("Both", INT, True, True), ("ByGet", LREAL, True, False)]

@@ -57,9 +57,9 @@ WITH_FILE = PredefinedTypes({"A": DINT}, 8, File())
 
 def test_dt_is_date_and_time_to_clients() -> None:
     for name in ("DT", "dt", "DATE_AND_TIME"):
-        found = PredefinedTypes({}, 8).find(name, 0)
-        assert found is not None
-        assert found.name == "DATE_AND_TIME"
+        type = PredefinedTypes({}, 8).find(name, 0)
+        assert type is not None
+        assert type.name == "DATE_AND_TIME"
 
 
 def test_names_have_no_case_and_a_name_space_may_stand_in_front() -> None:
@@ -79,9 +79,9 @@ def test_elementary_types_are_there_also_by_their_long_names() -> None:
 
 @pytest.mark.parametrize("pointer_size", [4, 8])
 def test_some_are_as_wide_as_a_pointer(pointer_size: int) -> None:
-    found = PredefinedTypes({}, pointer_size).find("PVOID", 0)
-    assert found is not None
-    assert found.size == pointer_size
+    type = PredefinedTypes({}, pointer_size).find("PVOID", 0)
+    assert type is not None
+    assert type.size == pointer_size
 
 
 def test_a_symbol_file_has_what_is_in_neither() -> None:

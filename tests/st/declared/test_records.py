@@ -36,7 +36,7 @@ def test_an_overriding_method_has_its_own_var_inst() -> None:
     FUNCTION_BLOCK B EXTENDS A METHOD M VAR_INST n : INT; END_VAR END_METHOD END_FUNCTION_BLOCK
     FUNCTION_BLOCK C EXTENDS B METHOD M VAR_INST n : INT; END_VAR END_METHOD END_FUNCTION_BLOCK
     """
-    found = declare([parse(text)]).types["c"]
-    assert isinstance(found, StructType)
-    names = [member.name for member in found.members]
+    block = declare([parse(text)]).types["c"]
+    assert isinstance(block, StructType)
+    names = [member.name for member in block.members]
     assert names == ["__M__n", "__M__k", "__B__M__n", "__C__M__n"]

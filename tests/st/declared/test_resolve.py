@@ -24,15 +24,15 @@ from achse.st.syntax.units import FunctionBlock, TypeDeclaration
 def resolver(
     text: str, rules: LayoutRules = TC3_X64, types: Mapping[str, IecType[Any]] | None = None
 ) -> Resolver:
-    made = Resolver(types or {}, {}, rules)
-    made.scopes.add([parse(Source(text)).check()])
-    return made
+    names = Resolver(types or {}, {}, rules)
+    names.scopes.add([parse(Source(text)).check()])
+    return names
 
 
 def entry(types: Resolver, name: str) -> DeclaredUnit:
-    found = types.scopes.find(name)
-    assert found is not None
-    return found
+    unit = types.scopes.find(name)
+    assert unit is not None
+    return unit
 
 
 def type_of(text: str, name: str = "T", rules: LayoutRules = TC3_X64) -> IecType[Any]:
@@ -125,10 +125,10 @@ def test_a_type_is_looked_for_in_the_sources_then_among_those_handed_in() -> Non
 
 def test_a_type_is_made_once() -> None:
     types = resolver("TYPE T : STRUCT a : U; b : U; END_STRUCT END_TYPE TYPE U : (x); END_TYPE")
-    made = types.entry_type(entry(types, "T"), 0)
-    assert made is types.entry_type(entry(types, "t"), 0)
-    assert isinstance(made, StructType)
-    assert made.member("a").type is types.entry_type(entry(types, "U"), 0)
+    type = types.entry_type(entry(types, "T"), 0)
+    assert type is types.entry_type(entry(types, "t"), 0)
+    assert isinstance(type, StructType)
+    assert type.member("a").type is types.entry_type(entry(types, "U"), 0)
 
 
 def test_a_structure_lies_as_the_rules_say() -> None:
@@ -192,8 +192,8 @@ def test_a_program_is_no_type() -> None:
     ],
 )
 def test_a_fault_is_told_once_in_its_place(text: str, fault: str) -> None:
-    (found,) = faults(text)
-    assert found.endswith(fault)
+    (message,) = faults(text)
+    assert message.endswith(fault)
 
 
 def test_a_fault_costs_one_variable_so_that_the_others_are_told_too() -> None:
@@ -203,13 +203,13 @@ def test_a_fault_costs_one_variable_so_that_the_others_are_told_too() -> None:
 
 def test_pointers_are_followed_when_all_is_declared() -> None:
     types = resolver("TYPE T : STRUCT p : POINTER TO T; END_STRUCT END_TYPE")
-    made = types.entry_type(entry(types, "T"), 0)
+    type = types.entry_type(entry(types, "T"), 0)
     types.check_pointers()
     assert not types.scopes.faults
-    assert isinstance(made, StructType)
-    pointer = made.member("p").type
+    assert isinstance(type, StructType)
+    pointer = type.member("p").type
     assert isinstance(pointer, PointerType)
-    assert pointer.target is made
+    assert pointer.target is type
 
 
 def test_a_pointer_to_a_type_at_fault_tells_it_when_followed() -> None:
@@ -240,9 +240,9 @@ def test_each_choice_of_constants_is_a_block_of_its_own() -> None:
         GENERIC
         + "TYPE T : STRUCT a : FB<4, 3>; b : FB<3, 1>; c : FB<2 * 2, 3>; END_STRUCT END_TYPE"
     )
-    made = type_of(text)
-    assert isinstance(made, StructType)
-    a, b, c = (made.member(name).type for name in "abc")
+    type = type_of(text)
+    assert isinstance(type, StructType)
+    a, b, c = (type.member(name).type for name in "abc")
     assert a is c
     assert (a.name, b.name) == ("FB<4,3>", "FB<3,1>")
     assert isinstance(a, StructType)
@@ -273,10 +273,11 @@ def test_variables_belong_to_a_unit_by_their_section() -> None:
     )
     unit = entry(types, "FB")
     assert isinstance(unit.tree, FunctionBlock)
-    found = [
-        made for made, _ in types.records.variables(unit.tree.blocks, types.scopes.scope(unit))
+    variables = [
+        variable
+        for variable, _ in types.records.variables(unit.tree.blocks, types.scopes.scope(unit))
     ]
-    assert [(made.name, made.section) for made in found] == [
+    assert [(variable.name, variable.section) for variable in variables] == [
         ("a", Section.INPUT),
         ("b", Section.INPUT),
         ("c", Section.OUTPUT),
@@ -284,7 +285,7 @@ def test_variables_belong_to_a_unit_by_their_section() -> None:
         ("e", Section.LOCAL),
         ("g", Section.STATIC),
     ]
-    by_name = {made.name: made for made in found}
+    by_name = {variable.name: variable for variable in variables}
     assert isinstance(by_name["d"].type, ReferenceType)
     assert (by_name["e"].constant, by_name["e"].persistent, by_name["e"].retain) == (
         True,
@@ -341,9 +342,9 @@ def test_values_of_enumerations_are_the_bits_of_their_type(
         with pytest.raises(SourceError, match="is not a "):
             declare([parse(Source(text, "x.st"))])
         return
-    found = declare([parse(Source(text, "x.st"))]).types["e"]
+    enum = declare([parse(Source(text, "x.st"))]).types["e"]
     signed = [v - (1 << bits) if low and v >> bits - 1 == 1 else v for v in values]
-    assert list(found.numbers.values()) == signed  # type: ignore[attr-defined]
+    assert list(enum.numbers.values()) == signed  # type: ignore[attr-defined]
 
 
 @pytest.mark.parametrize("name", ["mro", "_", "_x_", "__"])
@@ -360,10 +361,10 @@ def test_addresses_of_global_variables_from_var_config() -> None:
 VAR_GLOBAL a AT %I* : BOOL; b AT %Q* : BOOL; END_VAR
 PROGRAM P VAR a AT %I* : BOOL; END_VAR END_PROGRAM
 VAR_CONFIG .a AT %IX4.1 : BOOL; .b AT %QX2.0 : BOOL; END_VAR"""
-    found = declare([parse(text)])
-    (unit,) = found.globals.values()
+    project = declare([parse(text)])
+    (unit,) = project.globals.values()
     assert [str(item.address) for item in unit.__iec__.members] == ["%IX4.1", "%QX2.0"]
-    assert str(found.programs["p"].__iec__.members[0].address) == "%I*"
+    assert str(project.programs["p"].__iec__.members[0].address) == "%I*"
     # TwinCAT 2 wrote the list; a variable that has lost its AT stays where it is.
     (unit,) = declare([parse(text.replace("b AT %Q*", "b"))]).globals.values()
     assert [str(item.address) for item in unit.__iec__.members] == ["%IX4.1", "None"]

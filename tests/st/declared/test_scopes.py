@@ -42,15 +42,15 @@ END_NAMESPACE
 
 
 def scopes(text: str = PROJECT, **constants: object) -> Resolver:
-    made = Resolver({}, constants, TC3_X64)
-    made.scopes.add([parse(Source(text, "a.st"), name="GVL").check()])
-    return made
+    names = Resolver({}, constants, TC3_X64)
+    names.scopes.add([parse(Source(text, "a.st"), name="GVL").check()])
+    return names
 
 
 def entry(names: Resolver, name: str) -> DeclaredUnit:
-    found = names.scopes.find(name)
-    assert found is not None
-    return found
+    unit = names.scopes.find(name)
+    assert unit is not None
+    return unit
 
 
 def messages(names: Resolver) -> list[str]:
@@ -65,7 +65,7 @@ def messages_of(names: Scopes) -> list[str]:
 
 
 @pytest.mark.parametrize(
-    ("name", "space", "found"),
+    ("name", "space", "expected"),
     [
         ("e_STATE", "", "E_State"),
         ("Lib.E_Side", "", "Lib.E_Side"),
@@ -78,10 +78,10 @@ def messages_of(names: Scopes) -> list[str]:
     ],
 )
 def test_units_are_found_from_a_name_space_without_case(
-    name: str, space: str, found: str | None
+    name: str, space: str, expected: str | None
 ) -> None:
     unit = scopes().scopes.find(name, space)
-    assert (None if unit is None else unit.name) == found
+    assert (None if unit is None else unit.name) == expected
 
 
 def test_a_second_unit_of_a_name_is_a_fault_that_names_the_first() -> None:
@@ -98,12 +98,12 @@ def test_what_a_library_declares_gives_way() -> None:
 
 
 def _with_library(project: str, library: str) -> Resolver:
-    made = Resolver({}, {}, TC3_X64)
-    made.scopes.add([parse(Source(project, "a.st"), name="GVL").check()])
+    names = Resolver({}, {}, TC3_X64)
+    names.scopes.add([parse(Source(project, "a.st"), name="GVL").check()])
     source = Source(library, "b.st")
     source.library = "My Library"
-    made.scopes.add([parse(source, name="Lib").check()], is_library=True)
-    return made
+    names.scopes.add([parse(source, name="Lib").check()], is_library=True)
+    return names
 
 
 def test_a_library_does_not_see_what_the_project_calls_the_same() -> None:

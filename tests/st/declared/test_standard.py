@@ -21,7 +21,7 @@ from achse.st.syntax.parser import Parsed, parse
 def parsed_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[list[str]]:
     """Library files in the order they are parsed, from an empty cache on: those of two folders."""
     paths: list[str] = []
-    kept = library_files()
+    files = library_files()
 
     def noted(source: Source, **options: Any) -> Parsed:
         paths.append(source.path)
@@ -37,7 +37,7 @@ def parsed_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[li
     yield paths
     library_files.cache_clear()
     monkeypatch.undo()
-    assert len(library_files()) == len(kept)
+    assert len(library_files()) == len(files)
 
 
 def test_a_file_is_parsed_once_a_project_names_a_unit_of_it(parsed_files: list[str]) -> None:
@@ -58,8 +58,8 @@ def test_a_list_of_units_that_is_damaged_is_made_again(
     parsed_files: list[str], tmp_path: Path, content: bytes
 ) -> None:
     expected = [file.outlines for file in library_files()]
-    (kept,) = tmp_path.glob("cache/*.o")
-    ObjectCache("libraries", kept.stem.removeprefix("libraries-")).save(content)
+    (cache_file,) = tmp_path.glob("cache/*.o")
+    ObjectCache("libraries", cache_file.stem.removeprefix("libraries-")).save(content)
     parsed_files.clear()
     library_files.cache_clear()
     assert [file.outlines for file in library_files()] == expected

@@ -32,7 +32,7 @@ def findings(folder: Path, example: dict[str, str], rules: str = "") -> list[Dia
     project = folder / "project"
     libraries = folder / "libraries"
     try:
-        found, error = examine_project(
+        examined, error = examine_project(
             project if project.exists() else folder,
             libraries=[libraries] if libraries.exists() else [],
             check_all=True,
@@ -40,9 +40,9 @@ def findings(folder: Path, example: dict[str, str], rules: str = "") -> list[Dia
         )
     except SourceError as nothing:
         return list(nothing.faults)
-    typed = check(found.declarations, reach=found.reach, unreached=found.unreached)
+    typed = check(examined.declarations, reach=examined.reach, unreached=examined.unreached)
     options = LintOptions(select=(rules,) if rules else ())
-    linted = lint(found.sources, found.declarations, typed, options)
+    linted = lint(examined.sources, examined.declarations, typed, options)
     return [*(error.faults if error else ()), *typed.faults, *typed.warnings, *linted]
 
 

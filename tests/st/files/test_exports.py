@@ -42,10 +42,10 @@ def test_objects_of_an_export_run_together() -> None:
 
 def test_blocks_of_a_list_become_one_list() -> None:
     parsed = parse_export(LISTS, "LIST.EXP", "LIST")
-    (found,) = parsed.units
-    assert isinstance(found, units.GlobalList)
-    assert found.name == "Global_Variables"
-    assert [block.qualifiers for block in found.blocks] == [(), ("CONSTANT",)]
+    (unit,) = parsed.units
+    assert isinstance(unit, units.GlobalList)
+    assert unit.name == "Global_Variables"
+    assert [block.qualifiers for block in unit.blocks] == [(), ("CONSTANT",)]
 
 
 def test_units_are_those_of_the_same_text() -> None:
@@ -88,8 +88,8 @@ def test_body_shows_its_language(body: str, language: str) -> None:
     text = HEAD + "PROGRAM MAIN\nVAR a, b : BOOL; END_VAR\n" + DECLARED + body + "END_PROGRAM\n"
     (unit,) = parse_export(text, "MAIN.EXP", "MAIN").units
     assert isinstance(unit, units.Program)
-    found = unit.body.language if isinstance(unit.body, GraphicalBody) else ""
-    assert found == language
+    shown = unit.body.language if isinstance(unit.body, GraphicalBody) else ""
+    assert shown == language
 
 
 def test_place_in_a_drawn_body_is_its_line() -> None:

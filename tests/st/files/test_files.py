@@ -153,9 +153,9 @@ def test_file_that_is_named_often_is_read_once(
     (folder / "Link.st").symlink_to("A.st")
     lines = [f'<Compile Include="{name}"/>' for name in names]
     (folder / "P.plcproj").write_text(f"<Project>{''.join(lines)}</Project>")
-    found = [file.resolve() for file, _ in source_files(folder)]
+    files = [file.resolve() for file, _ in source_files(folder)]
     expected = dict.fromkeys("x/B.st" if "b" in name.lower() else "A.st" for name in names)
-    assert found == [folder / name for name in expected]
+    assert files == [folder / name for name in expected]
 
 
 def test_names_that_cannot_be_followed_are_told(tmp_path: Path) -> None:
@@ -170,13 +170,13 @@ def test_names_that_cannot_be_followed_are_told(tmp_path: Path) -> None:
 def test_elements_of_ladder_bodies_are_not_made(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    made: list[str] = []
+    tags: list[str] = []
 
     class Counted(Element):
         __slots__ = ()
 
         def __init__(self, tag: str, *rest: Any) -> None:
-            made.append(tag)
+            tags.append(tag)
             super().__init__(tag, *rest)
 
     monkeypatch.setattr("achse.st.lexis.xml.Element", Counted)
@@ -190,7 +190,7 @@ def test_elements_of_ladder_bodies_are_not_made(
     (unit,) = parse_file(file).check().units
     assert isinstance(unit, Program)
     assert isinstance(unit.body, GraphicalBody)
-    assert made == ["TcPlcObject", "POU", "Declaration", "Implementation", "NWL", "LineIds"]
+    assert tags == ["TcPlcObject", "POU", "Declaration", "Implementation", "NWL", "LineIds"]
 
 
 def test_a_file_that_a_project_holds_is_parsed_again_only_after_a_change(
@@ -272,12 +272,12 @@ def test_exports_bring_their_tasks(tmp_path: Path) -> None:
     )
     sources, tasks = read_sources(tmp_path, (), [])
     assert [unit.name for parsed in sources for unit in parsed.units] == ["P"]
-    found = [(task.name, task.cycle_ns, task.programs) for task in tasks]
-    assert found == [("T", 5_000_000, ("P",)), ("U", 7_000_000, ())]
+    rows = [(task.name, task.cycle_ns, task.programs) for task in tasks]
+    assert rows == [("T", 5_000_000, ("P",)), ("U", 7_000_000, ())]
 
 
 @pytest.mark.parametrize(
-    ("cycle", "priority", "told"),
+    ("cycle", "priority", "message"),
     [
         (0, 20, "expected a cycle in ns of 1 to 429496729500, got 0"),
         (999_999_999, 20, "expected a cycle in ns"),
@@ -285,7 +285,7 @@ def test_exports_bring_their_tasks(tmp_path: Path) -> None:
     ],
 )
 def test_task_that_cannot_be_is_a_fault(
-    tmp_path: Path, cycle: int, priority: int, told: str
+    tmp_path: Path, cycle: int, priority: int, message: str
 ) -> None:
     (tmp_path / "Fast.TcTTO").write_text(
         f'<TcPlcObject><Task Name="Fast"><CycleTime>{cycle}</CycleTime>'
@@ -293,4 +293,4 @@ def test_task_that_cannot_be_is_a_fault(
     )
     faults: list[Diagnostic] = []
     assert read_sources(tmp_path, (), faults) == ([], [])
-    assert told in str(faults[0])
+    assert message in str(faults[0])

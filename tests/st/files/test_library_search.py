@@ -72,10 +72,10 @@ def test_what_is_nowhere_is_missing(folder: Path) -> None:
     packed.touch()
     faults: list[Diagnostic] = []
     references = references_in(folder / "user/user.plcproj")
-    found = gather(references, [packed.parents[2]], (), faults)
-    assert (found.sources, faults) == ((), [])
-    assert [item.title for item in found.missing] == ["Outer Lib"]
-    assert found.containers == {"outerlib": "x.library"}
+    gathered = gather(references, [packed.parents[2]], (), faults)
+    assert (gathered.sources, faults) == ((), [])
+    assert [item.title for item in gathered.missing] == ["Outer Lib"]
+    assert gathered.containers == {"outerlib": "x.library"}
 
 
 def test_a_parameter_that_cannot_be_read_is_told(folder: Path) -> None:
@@ -126,8 +126,8 @@ def test_a_folder_that_is_taken_whole_is_a_name_space(tmp_path: Path) -> None:
     own = "TYPE ST_A : BYTE; END_TYPE PROGRAM P VAR f : FB; a : ST_A; b : ours.ST_A;"
     own += " c : loose.ST_A; END_VAR END_PROGRAM"
     user = _project(tmp_path / "user", "User", own, ("My Lib", "ours", ""))
-    found = load_project(user, libraries=[library, loose]).declarations.programs["p"].__iec__
-    sizes = [found.member(name).type.size for name in "fabc"]
+    program = load_project(user, libraries=[library, loose]).declarations.programs["p"].__iec__
+    sizes = [program.member(name).type.size for name in "fabc"]
     assert sizes == [16, 1, 8, 2]
 
 
@@ -162,9 +162,9 @@ def test_of_two_libraries_with_one_name_the_referenced_one_is_meant(
     assert pins(resolved(main.__iec__.member("b").type)) == kinds[second]
     inner = resolved(main.__iec__.member("c").type)
     assert isinstance(inner, StructType)
-    found = {member.name: member.type for member in inner.members}
-    assert pins(resolved(found["a"])) == kinds[second]
-    assert pins(resolved(found["d"])) == kinds[first]
+    types = {member.name: member.type for member in inner.members}
+    assert pins(resolved(types["a"])) == kinds[second]
+    assert pins(resolved(types["d"])) == kinds[first]
 
 
 def test_parameters_reach_libraries_that_come_with_achse(tmp_path: Path) -> None:

@@ -24,8 +24,8 @@ def test_bodies_know_their_unit_and_part() -> None:
         changed(part, body=body) for part, body in zip(unit.parts, bodies[1:], strict=True)
     )
     owners = {"Done": bodies[1].owner, "Run": bodies[2].owner}
-    found = with_drawn_bodies(changed(unit, body=bodies[0], parts=parts), {"done"})
-    assert found.name == "FB_X"
+    owner = with_drawn_bodies(changed(unit, body=bodies[0], parts=parts), {"done"})
+    assert owner.name == "FB_X"
     own = bodies[0].owner
     assert (own.unit, own.part, own.keeps_memory, own.result) == ("FB_X", "", True, "")
     assert own.actions == {"run": "Run"}

@@ -39,8 +39,8 @@ CODE = st.text(
 
 
 def test_sections_of_an_xml_file_have_names_kinds_and_places() -> None:
-    found = sections_of(POU.encode(), is_xml=True)
-    assert [(each.name, each.kind) for each in found] == [
+    sections = sections_of(POU.encode(), is_xml=True)
+    assert [(each.name, each.kind) for each in sections] == [
         ("FB_Press", "declaration"),
         ("FB_Press", "implementation"),
         ("FB_Press.Close", "declaration"),
@@ -48,9 +48,9 @@ def test_sections_of_an_xml_file_have_names_kinds_and_places() -> None:
         ("FB_Press.Width", "declaration"),
         ("FB_Press.Width.Get", "implementation"),
     ]
-    assert found[0].text == "FUNCTION_BLOCK FB_Press\nVAR\nEND_VAR"
+    assert sections[0].text == "FUNCTION_BLOCK FB_Press\nVAR\nEND_VAR"
     lines = POU.removeprefix("\ufeff").split("\r\n")
-    for each in found:
+    for each in sections:
         assert lines[each.line - 1][each.column - 1 :].startswith(each.text.partition("\n")[0])
 
 
@@ -91,7 +91,7 @@ def test_a_text_file_keeps_its_encoding_and_line_ends(
 
 
 @pytest.mark.parametrize(
-    ("content", "is_xml", "texts", "told"),
+    ("content", "is_xml", "texts", "message"),
     [
         (POU.encode(), True, ["a"], "expected 6 sections, got 1"),
         (POU.encode(), True, ["]]>", *"bcdef"], "ends it in an XML file"),
@@ -103,9 +103,9 @@ def test_a_text_file_keeps_its_encoding_and_line_ends(
     ],
 )
 def test_what_a_file_cannot_hold_is_refused(
-    content: bytes, is_xml: bool, texts: list[str], told: str
+    content: bytes, is_xml: bool, texts: list[str], message: str
 ) -> None:
-    with pytest.raises(SectionError, match=told):
+    with pytest.raises(SectionError, match=message):
         edited(content, texts, is_xml=is_xml)
 
 

@@ -12,8 +12,8 @@ def test_a_task_of_which_only_the_name_is_known_has_the_values_of_a_new_one() ->
 def test_tasks_of_a_project_run_their_programs_without_screens() -> None:
     screens = FileTask("VISU_TASK", programs=("VisuElems.Visu_Prg",))
     own = FileTask("PlcTask", programs=("MAIN", "VISU_Task.Visu_Prg"))
-    (found,) = called_tasks([screens, own], ["main", "OTHER"])
-    assert (found.name, found.programs) == ("PlcTask", ("MAIN",))
+    (task,) = called_tasks([screens, own], ["main", "OTHER"])
+    assert (task.name, task.programs) == ("PlcTask", ("MAIN",))
 
 
 def test_one_task_runs_all_programs_of_a_project_without_tasks() -> None:
@@ -21,5 +21,5 @@ def test_one_task_runs_all_programs_of_a_project_without_tasks() -> None:
 
 
 def test_tasks_of_a_library_call_nothing() -> None:
-    (found,) = called_tasks([FileTask("PlcTask", programs=("MAIN",))], [])
-    assert found.programs == ()
+    (task,) = called_tasks([FileTask("PlcTask", programs=("MAIN",))], [])
+    assert task.programs == ()

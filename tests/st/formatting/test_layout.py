@@ -79,10 +79,10 @@ def _tokens(text: str) -> list[str] | None:
 
 
 def _check(text: str, options: FormatOptions | None = None) -> None:
-    made = formatted(text, options)
-    assert _tokens(made) == _tokens(text)
-    assert formatted(made, options) == made
-    assert made.count("\n") == text.count("\n")
+    result = formatted(text, options)
+    assert _tokens(result) == _tokens(text)
+    assert formatted(result, options) == result
+    assert result.count("\n") == text.count("\n")
 
 
 def test_lines_are_indented_by_the_words_around_them() -> None:
@@ -123,11 +123,11 @@ def test_keywords_and_operators_change_if_options_say_so() -> None:
 
 
 @pytest.mark.parametrize(
-    ("text", "made"),
+    ("text", "expected"),
     [("a:=-\n1;", "a := -\n1;"), ("(\n*\n", "(\n*\n"), ("a+\nb", "a +\nb"), ("+ \n", "+\n")],
 )
-def test_sign_at_the_end_of_a_line_stays(text: str, made: str) -> None:
-    assert formatted(text, FormatOptions(operators=True)) == made
+def test_sign_at_the_end_of_a_line_stays(text: str, expected: str) -> None:
+    assert formatted(text, FormatOptions(operators=True)) == expected
 
 
 def test_ends_of_lines_stay() -> None:
@@ -146,18 +146,18 @@ def test_words_of_random_projects_stay(
     rng = Random(seed)
     text = Project(rng, False).text
     lines = [" " * rng.randrange(9) * (rng.random() < 0.3) + line for line in text.split("\n")]
-    made = "\n".join(lines)
-    _check(made, FormatOptions(indent, "keep", operators))
-    other = formatted(made, FormatOptions(indent, keywords, operators))
-    assert [w.upper() for w in _tokens(other) or ()] == [w.upper() for w in _tokens(made) or ()]
+    result = "\n".join(lines)
+    _check(result, FormatOptions(indent, "keep", operators))
+    other = formatted(result, FormatOptions(indent, keywords, operators))
+    assert [w.upper() for w in _tokens(other) or ()] == [w.upper() for w in _tokens(result) or ()]
 
 
 @given(st.text(alphabet=" \t\r\n;:=()[]{}*/+-'\"IFTHENcaseofEND_#1.^ä", max_size=60), st.booleans())
 def test_any_text_keeps_its_words(text: str, operators: bool) -> None:
     options = FormatOptions(operators=operators)
-    made = formatted(text, options)
-    assert _tokens(made) == _tokens(text)
-    assert formatted(made, options) == made
+    result = formatted(text, options)
+    assert _tokens(result) == _tokens(text)
+    assert formatted(result, options) == result
 
 
 @given(st.randoms(use_true_random=False))

@@ -16,10 +16,10 @@ def _outside(text: str) -> str:
 
 def test_xml_outside_of_code_stays() -> None:
     messy = MAIN.replace("    E_State.Idle", "         E_State.Idle").replace("<POU", "<POU  ")
-    made = formatted_source(messy, _OPTIONS, is_xml=True)
-    assert made != messy
-    assert _outside(made) == _outside(messy)
-    assert made == MAIN.replace("<POU", "<POU  ").replace("    E_State", "         E_State", 0)
+    result = formatted_source(messy, _OPTIONS, is_xml=True)
+    assert result != messy
+    assert _outside(result) == _outside(messy)
+    assert result == MAIN.replace("<POU", "<POU  ").replace("    E_State", "         E_State", 0)
 
 
 def test_code_of_an_xml_file_is_in_its_parts() -> None:
@@ -32,8 +32,8 @@ def test_code_of_an_xml_file_is_in_its_parts() -> None:
 
 def test_marks_and_other_encodings_stay() -> None:
     code = "IF a THEN\r\nb;\r\nEND_IF\r\n"
-    made = formatted_bytes(b"\xef\xbb\xbf" + code.encode(), _OPTIONS, is_xml=False)
-    assert made == b"\xef\xbb\xbfIF a THEN\r\n    b;\r\nEND_IF\r\n"
+    result = formatted_bytes(b"\xef\xbb\xbf" + code.encode(), _OPTIONS, is_xml=False)
+    assert result == b"\xef\xbb\xbfIF a THEN\r\n    b;\r\nEND_IF\r\n"
     assert formatted_bytes(b"IF \xe4 \n", _OPTIONS, is_xml=False) == b"IF \xe4 \n"
 
 

@@ -230,11 +230,11 @@ class Drawn:
     def rows(self, inputs: str, outputs: str, rows: Iterable[str]) -> None:
         """Check lines `inputs | outputs`, one a cycle."""
         for number, row in enumerate(rows, 1):
-            given, _, expected = row.partition("|")
-            values = dict(zip(inputs.split(), map(int, given.split()), strict=True))
+            row_inputs, _, expected = row.partition("|")
+            values = dict(zip(inputs.split(), map(int, row_inputs.split()), strict=True))
             self.cycle(**values)
-            found = [int(self[name]) for name in outputs.split()]
-            assert found == [int(word) for word in expected.split()], f"cycle {number}: {row}"
+            outcome = [int(self[name]) for name in outputs.split()]
+            assert outcome == [int(word) for word in expected.split()], f"cycle {number}: {row}"
 
 
 # charts ------------------------------------------------------------------------------------------
@@ -270,8 +270,10 @@ def _element(type: str, inside: Iterable[str] | None = None, **attributes: str) 
 
 def step(name: str, *actions: tuple[str, str], **attributes: str) -> str:
     """A step with actions `(name, qualifier)`, and `initial`, `main`, `entry`, `exit` …"""
-    found = [_element("SFCActionAssociation", name=one, qualifier=two) for one, two in actions]
-    return _element("SFCStep", found, name=name, **attributes)
+    associations = [
+        _element("SFCActionAssociation", name=one, qualifier=two) for one, two in actions
+    ]
+    return _element("SFCStep", associations, name=name, **attributes)
 
 
 def transition(text: str) -> str:

@@ -44,9 +44,9 @@ def test_members_have_their_types_and_values() -> None:
 def test_elements_of_a_list_have_its_type_or_their_own() -> None:
     root = read_archive(TEXT)
     assert [item.type for item in root.objects("List")] == ["Item", "Other"]
-    found = root.part("List")
-    assert found is not None
-    assert found.items[2] is None
+    members = root.part("List")
+    assert members is not None
+    assert members.items[2] is None
     names = root.part("Names")
     assert names is not None
     assert names.items == ["IN", "PT"]

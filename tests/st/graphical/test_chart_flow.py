@@ -7,16 +7,16 @@ from tests.st.graphical.drawings import branch, chart, jump, macro, segment, ste
 
 def flow(*elements: str) -> list[str]:
     """`left -condition-> activated` of each transition."""
-    found = ChartFlow(read_chart(chart(*elements)))
+    flow_of_chart = ChartFlow(read_chart(chart(*elements)))
     return [
         f"{' '.join(one.name for one in firing.left)} -{firing.transition.text}-> "
         + " ".join(one.name for one in firing.activated)
-        for firing in found.firings
+        for firing in flow_of_chart.firings
     ]
 
 
 def test_alternatives_nest_and_run_on_behind_the_branch() -> None:
-    found = flow(
+    firings = flow(
         step("A", initial="TRUE"),
         branch(
             segment(transition("a"), step("B"), transition("b")),
@@ -26,11 +26,11 @@ def test_alternatives_nest_and_run_on_behind_the_branch() -> None:
         transition("e"),
         jump("B"),
     )
-    assert found == ["A -a-> B", "B -b-> C", "A -c-> C", "A -d-> A", "C -e-> B"]
+    assert firings == ["A -a-> B", "B -b-> C", "A -c-> C", "A -d-> A", "C -e-> B"]
 
 
 def test_segments_of_a_parallel_branch_begin_and_end_together() -> None:
-    found = flow(
+    firings = flow(
         step("A", initial="TRUE"),
         transition("a"),
         branch(
@@ -41,7 +41,7 @@ def test_segments_of_a_parallel_branch_begin_and_end_together() -> None:
         ),
         branch(segment(transition("c"), jump("BOTH")), segment(transition("d"), jump("A"))),
     )
-    assert found == ["A -a-> B D", "B -b-> C", "C D -c-> B D", "C D -d-> A"]
+    assert firings == ["A -a-> B D", "B -b-> C", "C D -c-> B D", "C D -d-> A"]
 
 
 def test_a_chart_without_a_jump_stays_in_its_last_step() -> None:

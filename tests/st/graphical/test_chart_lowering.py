@@ -48,12 +48,12 @@ def test_a_main_action_runs_in_active_steps_an_iec_action_once_more() -> None:
         jump("Init"),
         parts=action("A", "a := a + 1;") + action("B", "b := b + 1;"),
     )
-    found = []
+    rows = []
     for _ in range(7):
         plc.cycle()
-        found.append(f"{active(plc, 'Init', 'S1')} {plc['a']} {plc['b']}")
+        rows.append(f"{active(plc, 'Init', 'S1')} {plc['a']} {plc['b']}")
     expected = ["Init 0 0", "S1 1 1", "Init 1 2", "S1 2 3", "Init 2 4", "S1 3 5", "Init 3 6"]
-    assert found == expected
+    assert rows == expected
 
 
 def test_exit_entry_main_actions_and_then_iec_actions_by_name() -> None:
@@ -115,8 +115,8 @@ def test_a_parallel_branch_is_joined_when_all_last_steps_are_active() -> None:
     rows = ["0 0 1 0 | S0", "1 0 1 0 | S0", "1 0 1 0 | P1 P2", "1 1 1 0 | P1 P2",
             "0 1 1 0 | P1b P2", "0 0 0 1 | S9", "0 0 1 1 | S0", "0 0 1 1 | S0"]  # fmt: skip
     for number, row in enumerate(rows, 1):
-        given, _, names = row.partition(" | ")
-        values = dict(zip(("go", "a", "join", "back"), given.split(), strict=True))
+        inputs, _, names = row.partition(" | ")
+        values = dict(zip(("go", "a", "join", "back"), inputs.split(), strict=True))
         plc.cycle(**{name: word == "1" for name, word in values.items()})
         assert active(plc, "S0", "P1", "P1b", "P2", "S9") == names
         if 3 <= number <= 5:
@@ -141,14 +141,14 @@ def _trace(names: str, b: Actions, e: Actions, go: tuple[int, ...]) -> list[str]
         jump("A"),
         parts=parts,
     )  # fmt: skip
-    found = []
+    rows = []
     for cycle in range(1, 13):
         values = {f"s{name}": "-" for name in names.split()}
         flags = {key: cycle >= at for key, at in zip(("goC", "goE", "goA"), go, strict=True)}
         plc.cycle(**values, **flags)
         trace = " ".join(plc[f"s{name}"] for name in names.split())
-        found.append(f"{active(plc, 'A', 'B', 'C', 'E')} {trace}")
-    return found
+        rows.append(f"{active(plc, 'A', 'B', 'C', 'E')} {trace}")
+    return rows
 
 
 def test_qualifiers_n_s_l_d_p_and_r() -> None:
@@ -184,8 +184,8 @@ def test_init_reset_and_pause() -> None:
             "1 0 0 | A 1 2", "0 0 0 | A 2 2", "0 0 0 | B 2 3", "0 1 0 | A 3 3", "0 1 0 | A 4 3",
             "0 0 0 | B 4 4", "0 0 0 | B 4 5"]  # fmt: skip
     for row in rows:
-        given, _, expected = row.partition(" | ")
-        init, reset, pause = (word == "1" for word in given.split())
+        inputs, _, expected = row.partition(" | ")
+        init, reset, pause = (word == "1" for word in inputs.split())
         plc.cycle(SFCInit=init, SFCReset=reset, SFCPause=pause)
         assert f"{plc['SFCCurrentStep']} {plc['na']} {plc['nb']}" == expected
 
@@ -200,8 +200,8 @@ def test_a_step_that_is_active_too_long_is_an_error_until_it_is_quit() -> None:
         jump("A"),
         flags=("Error", "ErrorStep", "ErrorPOU", "QuitError", "Trans"),
     )
-    found = [(plc.cycle()["SFCError"], plc["SFCErrorStep"], plc["SFCTrans"]) for _ in range(5)]
-    assert found == [
+    rows = [(plc.cycle()["SFCError"], plc["SFCErrorStep"], plc["SFCTrans"]) for _ in range(5)]
+    assert rows == [
         (False, "", False), (False, "", False), (False, "", False),
         (True, "A", False), (True, "A", True),
     ]  # fmt: skip
@@ -248,11 +248,11 @@ def test_transition_objects_macros_and_boolean_variables() -> None:
         jump("A"),
         parts=part("Transition", "TGo", drawn_part) + part("Transition", "TBack", "B.t >= T#10MS"),
     )
-    found = []
+    rows = []
     for go in (0, 1, 0, 0, 0):
         plc.cycle(go=bool(go))
-        found.append((active(plc, "A", "B"), plc["lamp"], plc["far"][1]))
-    assert found == [
+        rows.append((active(plc, "A", "B"), plc["lamp"], plc["far"][1]))
+    assert rows == [
         ("A", False, False), ("A", False, False), ("B", True, True),
         ("B", True, True), ("A", False, False),
     ]  # fmt: skip

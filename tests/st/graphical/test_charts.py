@@ -26,7 +26,7 @@ from tests.st.graphical.drawings import (
 
 
 def test_steps_have_actions_and_times_and_branches_their_segments() -> None:
-    found = read_chart(
+    elements = read_chart(
         chart(
             step("A", ("b", "N"), ("c", "sd, T#5S"), initial="TRUE", main="m", minimum="T#1S"),
             transition("x > 1;"),
@@ -35,25 +35,25 @@ def test_steps_have_actions_and_times_and_branches_their_segments() -> None:
             macro(step("D")),
         )
     ).elements
-    first = found[0]
+    first = elements[0]
     assert isinstance(first, ChartStep)
     assert (first.is_initial, first.main, first.entry, first.minimum) == (True, "m", "", "T#1S")
     actions = [(one.name, one.qualifier, one.time) for one in first.associations]
     assert actions == [("b", "N", ""), ("c", "SD", "T#5S")]
     kinds = [ChartStep, ChartTransition, Simultaneous, Alternative, Macro]
-    assert [type(one) for one in found] == kinds
-    assert isinstance(found[1], ChartTransition)
-    assert found[1].text == "x > 1"
-    assert isinstance(found[2], Simultaneous)
-    assert (found[2].label, len(found[2].segments)) == ("both", 2)
-    assert isinstance(found[3], Alternative)
-    assert found[3].segments[0][1] == ChartJump("A")
+    assert [type(one) for one in elements] == kinds
+    assert isinstance(elements[1], ChartTransition)
+    assert elements[1].text == "x > 1"
+    assert isinstance(elements[2], Simultaneous)
+    assert (elements[2].label, len(elements[2].segments)) == ("both", 2)
+    assert isinstance(elements[3], Alternative)
+    assert elements[3].segments[0][1] == ChartJump("A")
 
 
 def test_what_is_left_out_of_the_build_does_nothing() -> None:
-    (found,) = read_chart(chart(step("A", ("b", "N"), main="m", exclude="TRUE"))).elements
-    assert isinstance(found, ChartStep)
-    assert (found.main, found.associations) == ("", ())
+    (element,) = read_chart(chart(step("A", ("b", "N"), main="m", exclude="TRUE"))).elements
+    assert isinstance(element, ChartStep)
+    assert (element.main, element.associations) == ("", ())
 
 
 def test_flags_are_those_that_the_chart_uses() -> None:

@@ -13,9 +13,9 @@ def output(name: str, row: int) -> ChartOutput:
 
 
 def order(elements: list[Ordered], *edges: tuple[int, int]) -> str:
-    found = execution_order(elements, edges)
+    ordered = execution_order(elements, edges)
     return " ".join(
-        one.text if isinstance(one, ChartOutput) else getattr(one, "type", "") for one in found
+        one.text if isinstance(one, ChartOutput) else getattr(one, "type", "") for one in ordered
     )
 
 

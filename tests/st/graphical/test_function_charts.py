@@ -19,17 +19,17 @@ def test_boxes_have_type_instance_and_pins_by_position() -> None:
         outputs=["Q", "ET"], negated=[0], row=9,
     )  # fmt: skip
     canvas.output("q", out, storing="Reset")
-    found = read_function_chart(str(canvas))
-    box, output = found.ordered
+    function_chart = read_function_chart(str(canvas))
+    box, output = function_chart.ordered
     assert isinstance(box, ChartBox)
     assert isinstance(output, ChartOutput)
     assert (box.call, box.type, box.instance, box.bounds) == ("FunctionBlock", "TON", "t", (10, 9))
     assert [(pin.name, pin.is_negated) for pin in box.inputs] == [("IN", True), ("PT", False)]
     assert [pin.name for pin in box.outputs] == ["Q", "ET"]
     assert (output.text, output.storing) == ("q", "Reset")
-    assert dict(found.sources)[output.input.id] == box.outputs[0].id
-    assert found.inputs[0].text == "a"
-    assert not found.knows_feedback
+    assert dict(function_chart.sources)[output.input.id] == box.outputs[0].id
+    assert function_chart.inputs[0].text == "a"
+    assert not function_chart.knows_feedback
 
 
 def test_the_order_is_explicit_as_the_settings_say() -> None:

@@ -15,10 +15,10 @@ def made(type: str, **members: Any) -> dict[str, Any]:
 
 
 def operand(text: str, *, negated: bool = False) -> dict[str, Any]:
-    found = made("Operand", Expression=text)
+    entry = made("Operand", Expression=text)
     if negated:
-        found["Modifier"] = made("Modifier", Negation=True)
-    return found
+        entry["Modifier"] = made("Modifier", Negation=True)
+    return entry
 
 
 def sequence(*elements: dict[str, Any]) -> dict[str, Any]:

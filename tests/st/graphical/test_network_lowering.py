@@ -129,8 +129,8 @@ def test_a_bridged_timer_is_called_only_in_the_sequential_form(sequential: bool)
     for row, (q, elapsed) in zip(inputs, expected, strict=True):
         a, over = map(int, row.split())
         plc.cycle(a=bool(a), over=bool(over))
-        found = (plc["q"], plc["t.ET"] // timedelta(milliseconds=1))
-        assert found == (bool(q), elapsed)
+        outcome = (plc["q"], plc["t.ET"] // timedelta(milliseconds=1))
+        assert outcome == (bool(q), elapsed)
 
 
 def test_a_wire_keeps_its_value_when_its_operands_change() -> None:

@@ -45,23 +45,25 @@ def test_rung() -> None:
 
 
 def test_power_is_a_double_line() -> None:
-    found = drawn(networks(RUNG), {"a": False, "b": True, "c": False, "q": True, "s": True})
+    picture = drawn(networks(RUNG), {"a": False, "b": True, "c": False, "q": True, "s": True})
     expected = """
         network 1
             ├═┬┤ a ├┬═┤/c ├═┬( q ) = True┬
               └┤ b ├┘       └(Ss ) = True┘
     """
-    assert found == textwrap.dedent(expected).strip()
+    assert picture == textwrap.dedent(expected).strip()
     off = drawn(networks(RUNG), {"a": False, "b": True, "c": True})
     assert "┤/c ├─┬" in off
 
 
 def test_box_with_pins_and_values() -> None:
     timer = fb("TON", "t", [("IN", contact("a")), ("PT", contact("tDown"))])
-    found = drawn(networks(network(assign(timer, "q"))), {"a": True, "tDown": "T#1s", "t.Q": True})
-    assert "│PT := tDown = T#1s│" in found
-    assert found.splitlines()[2].strip().startswith("├═┤ a ├═┤IN")
-    assert found.splitlines()[2].endswith("├═( q )")
+    picture = drawn(
+        networks(network(assign(timer, "q"))), {"a": True, "tDown": "T#1s", "t.Q": True}
+    )
+    assert "│PT := tDown = T#1s│" in picture
+    assert picture.splitlines()[2].strip().startswith("├═┤ a ├═┤IN")
+    assert picture.splitlines()[2].endswith("├═( q )")
 
 
 def test_instructions_and_disabled_networks() -> None:

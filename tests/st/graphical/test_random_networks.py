@@ -166,16 +166,18 @@ class Interpreter:
                 power = self.flow(value, power, (key, "in"))
                 boxes = [one[0] in ("add", "block") for one in inner]
                 if sequential or not any(boxes) or all(boxes):
-                    found = [self.flow(one, power, (key, n)) for n, one in enumerate(inner)]
-                    return any(found)
+                    powers = [self.flow(one, power, (key, n)) for n, one in enumerate(inner)]
+                    return any(powers)
                 bridged = False
                 for number, one in enumerate(inner):
                     if not boxes[number]:
                         bridged |= self.flow(one, power, (key, number))
                 if bridged:
                     return True
-                found = [self.flow(one, power, (key, n)) for n, one in enumerate(inner) if boxes[n]]
-                return any(found)
+                powers = [
+                    self.flow(one, power, (key, n)) for n, one in enumerate(inner) if boxes[n]
+                ]
+                return any(powers)
         raise AssertionError(node)
 
 
@@ -205,7 +207,7 @@ def drawn(node: Node) -> str:
 
 
 def body_of(drawing: list[Any], is_ladder: bool) -> str:
-    found = []
+    texts = []
     for is_disabled, wired, rungs in drawing:
         items = [] if wired is None else [wire(1, drawn(wired))]
         for number, (targets, value) in enumerate(rungs):
@@ -214,9 +216,9 @@ def body_of(drawing: list[Any], is_ladder: bool) -> str:
                 tree = series(wire(1), tree)
             labels = [("out" if mod == JUMP else name, mod) for name, mod in targets]
             items.append(assign(tree, *labels))
-        found.append(network(*items, disabled=is_disabled))
-    found.append(network(assign(contact("a"), "last"), label="Out"))
-    return networks(*found, view="Ld" if is_ladder else "Fbd")
+        texts.append(network(*items, disabled=is_disabled))
+    texts.append(network(assign(contact("a"), "last"), label="Out"))
+    return networks(*texts, view="Ld" if is_ladder else "Fbd")
 
 
 @settings(max_examples=15, deadline=None, suppress_health_check=[HealthCheck.too_slow])
@@ -239,5 +241,5 @@ def test_random_networks_do_what_the_drawing_says(
         model.values.update(given_values)
         model.cycle([*drawing, last])
         plc.cycle(**given_values)
-        found = {name: int(plc[name]) for name in [*MARKS, *NUMBERS, "last"]}
-        assert found == {name: int(model.values[name]) for name in found}
+        values = {name: int(plc[name]) for name in [*MARKS, *NUMBERS, "last"]}
+        assert values == {name: int(model.values[name]) for name in values}

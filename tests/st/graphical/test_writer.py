@@ -23,9 +23,9 @@ def writer() -> BodyStatements:
 
 @pytest.mark.parametrize("text", ["a", "a.b.c", "TRUE", "this^.x", "w.7", "F(a, 2) + TO_REAL(n)"])
 def test_all_of_an_expression_is_at_one_place(text: str) -> None:
-    found = writer().expression(text, 123)
-    assert found == parse_expression(text)
-    stack = [found]
+    expression = writer().expression(text, 123)
+    assert expression == parse_expression(text)
+    stack = [expression]
     while stack:
         item = stack.pop()
         assert item.at == 123
@@ -46,11 +46,11 @@ def test_a_fault_in_text_is_at_the_place_of_its_node() -> None:
 
 def test_an_edge_writes_value_result_and_memory() -> None:
     one = writer()
-    found = one.edge("__m", Name("x"), rises=True, at=1)
+    result = one.edge("__m", Name("x"), rises=True, at=1)
     now, edge, memory = one.out
     assert isinstance(now, Let)
     assert isinstance(edge, Let)
-    assert found == Name(edge.name)
+    assert result == Name(edge.name)
     assert memory == Assign(":=", Name("__m"), Name(now.name))
 
 

@@ -26,10 +26,10 @@ def test_many_objects_made_while_collection_is_paused_count_as_old(
     try:
         with collection_paused():
             assert not gc.isenabled()
-            kept = [[number] for number in range(10_000)]
+            items = [[number] for number in range(10_000)]
         assert gc.isenabled()
         assert gc.get_freeze_count() == frozen
-        is_old = any(item is kept for item in gc.get_objects(generation=2))
+        is_old = any(item is items for item in gc.get_objects(generation=2))
     finally:
         gc.set_threshold(*thresholds)
     assert is_old is (many == 1_000 and not frozen)
@@ -87,9 +87,9 @@ def test_python_does_not_search_while_sources_become_objects(
         gc.collect(0)
         searches.clear()
         work(tmp_path)
-        found = len(searches) // 2
+        passes = len(searches) // 2
     finally:
         gc.set_threshold(*before)
         gc.callbacks.remove(note)
-    assert found <= 2  # before it begins, and after it ended
+    assert passes <= 2  # before it begins, and after it ended
     assert gc.isenabled()

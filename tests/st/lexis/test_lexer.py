@@ -103,9 +103,9 @@ def test_a_part_of_a_text() -> None:
 def test_a_pragma_ends_at_the_next_brace() -> None:
     """As symbol files show of a source with `{attribute 'a'` and the brace in the next line."""
     text = "{attribute 'qualified only'\n{attribute 'strict'}\n{attribute 'b'} TYPE"
-    found = scan(text)
-    assert list(found.faults) == []
-    assert found.words[0] == "TYPE"
+    tokens = scan(text)
+    assert list(tokens.faults) == []
+    assert tokens.words[0] == "TYPE"
 
 
 @pytest.mark.parametrize(
@@ -125,8 +125,8 @@ def test_a_pragma_ends_at_the_next_brace() -> None:
     ],
 )
 def test_what_is_no_word(text: str, at: int, message: str) -> None:
-    (place, found, _), *_ = scan(text).faults
-    assert (place, found.startswith(message)) == (at, True)
+    (place, reported, _), *_ = scan(text).faults
+    assert (place, reported.startswith(message)) == (at, True)
 
 
 @given(st.text(alphabet="aB1 #'~{}%_.\n(*5x", max_size=40), st.integers(0, 3))

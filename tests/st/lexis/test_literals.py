@@ -55,8 +55,8 @@ from achse.st.lexis.literals import literal_value, malformed, whole_number
     ],
 )  # fmt: skip
 def test_values(text: str, type: str | None, value: object) -> None:
-    found = literal_value(text)
-    assert (None if found.type is None else found.type.name, found.value) == (type, value)
+    literal = literal_value(text)
+    assert (None if literal.type is None else literal.type.name, literal.value) == (type, value)
 
 
 def test_values_of_enumerations() -> None:

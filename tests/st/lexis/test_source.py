@@ -48,13 +48,17 @@ def test_the_caret_stands_under_its_column() -> None:
     column=st.integers(1, 21),
 )
 def test_a_finding_commands_no_terminal(path: str, text: str, column: int) -> None:
-    told = str(Diagnostic(Location(path, 1, column), f"got {text!r}", Code.UNEXPECTED_TOKEN, text))
-    head, line, caret = told.split("\n")
+    text_of_finding = str(
+        Diagnostic(Location(path, 1, column), f"got {text!r}", Code.UNEXPECTED_TOKEN, text)
+    )
+    head, line, caret = text_of_finding.split("\n")
     assert head.endswith(f":1:{column}: got {text!r}") or not repr(text).isprintable()
     assert len(line) == len(text) + 4
     assert caret.strip() == "^"
-    told.encode()
-    assert not any(category(sign) in ("Cc", "Cf") and sign not in "\n\t" for sign in told)
+    text_of_finding.encode()
+    assert not any(
+        category(sign) in ("Cc", "Cf") and sign not in "\n\t" for sign in text_of_finding
+    )
 
 
 def test_a_line_that_does_not_help_is_left_out() -> None:

@@ -20,14 +20,14 @@ MINE = LibraryReference("My Lib", "", "My_Lib", {})
 
 def _missing(text: str, *references: LibraryReference, unknown: str = "") -> list[MissingLibrary]:
     parsed = parse(Source(text, "a.st"))
-    found = missing_libraries(
+    libraries = missing_libraries(
         references,
         {"mylib": "m.library"},
         [parsed],
         unknown.split(),
         lambda name: name == "FB_Own",
     )
-    return list(found)
+    return list(libraries)
 
 
 def test_names_belong_to_the_library_that_has_such() -> None:
@@ -45,9 +45,9 @@ def test_names_belong_to_the_library_that_has_such() -> None:
 
 
 def test_what_the_project_declares_itself_needs_no_library() -> None:
-    (found,) = _missing("TYPE FB_Own : INT; END_TYPE", MINE)
-    assert found.uses == {}
-    assert "nothing in the project seems to need it" in str(found)
+    (library,) = _missing("TYPE FB_Own : INT; END_TYPE", MINE)
+    assert library.uses == {}
+    assert "nothing in the project seems to need it" in str(library)
     assert _missing("TYPE T : FB_IotMqttClient; END_TYPE") == []
 
 

@@ -7,8 +7,8 @@ from achse.st.syntax.parser import parse
 
 
 def missing(text: str) -> MissingNames:
-    found, _ = examine([parse(Source(text, "x.st"))])
-    return MissingNames(found.names)
+    declarations, _ = examine([parse(Source(text, "x.st"))])
+    return MissingNames(declarations.names)
 
 
 def test_nothing_is_missing_in_a_whole_project() -> None:
@@ -25,8 +25,8 @@ def test_nothing_is_missing_in_a_whole_project() -> None:
     MEMSET(ADR(s), 0, SIZEOF(s)); fb.n := SEL(fb.t.Q, 1, 2);
     IF TwinCAT_SystemInfoVarList._TaskInfo[1].CycleCount > 5 THEN RETURN; END_IF
     END_PROGRAM"""
-    found = missing(text).meanings
-    assert (found.types, found.names) == ({}, {})
+    meanings = missing(text).meanings
+    assert (meanings.types, meanings.names) == ({}, {})
 
 
 def test_names_behind_a_missing_base() -> None:
@@ -36,7 +36,7 @@ def test_names_behind_a_missing_base() -> None:
     VAR a : ARRAY [1..cMost] OF INT; END_VAR
     bDone := Lib.bReady AND fbInner.bReady;
     END_FUNCTION_BLOCK"""
-    found = missing(text).meanings
-    assert sorted(found.types["fb_base"].members) == ["bdone", "fbinner"]
-    assert sorted(found.names) == ["cmost", "lib"]
-    assert found.types["fb_base"].members["bdone"].type == "BOOL"
+    meanings = missing(text).meanings
+    assert sorted(meanings.types["fb_base"].members) == ["bdone", "fbinner"]
+    assert sorted(meanings.names) == ["cmost", "lib"]
+    assert meanings.types["fb_base"].members["bdone"].type == "BOOL"

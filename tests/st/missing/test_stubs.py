@@ -58,8 +58,8 @@ END_PROGRAM
 
 
 def files_of(text: str) -> dict[str, str]:
-    found, _ = examine([parse(Source(text, "x.st"))])
-    return stub_files(MissingNames(found.names))
+    declarations, _ = examine([parse(Source(text, "x.st"))])
+    return stub_files(MissingNames(declarations.names))
 
 
 def test_a_project_loads_and_checks_with_its_stubs() -> None:

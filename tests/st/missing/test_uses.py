@@ -5,14 +5,14 @@ from achse.st.missing.uses import LONG_TEXT, MissingUse
 
 def test_literals_tell_least() -> None:
     use = MissingUse("x")
-    for told, known in [
+    for type, known in [
         ("", ""),
         ("DINT", "DINT"),
         ("LREAL", "LREAL"),
         ("DINT", "LREAL"),
         ("REAL", "REAL"),
     ]:
-        use.note_type(told)
+        use.note_type(type)
         assert use.type == known
     assert not use.is_mixed
     use.note_type("BOOL")

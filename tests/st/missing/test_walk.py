@@ -21,15 +21,15 @@ def test_all_missing_types_at_once() -> None:
         declare([parse(text)])
     names = ["FB_Base", "I_A", *(f"ST_{letter}" for letter in "ABCDEFGH")]
     assert caught.value.hint.splitlines()[0] == f"missing types: {', '.join(names)}"
-    told = " ".join(fault.message for fault in caught.value.faults)
-    assert all(f"no type is named '{name}'" in told for name in names)
+    messages = " ".join(fault.message for fault in caught.value.faults)
+    assert all(f"no type is named '{name}'" in messages for name in names)
 
 
 def test_places_of_missing_types() -> None:
-    found, _ = examine(
+    declarations, _ = examine(
         [parse("PROGRAM MAIN VAR a : T; b : ARRAY [0..1] OF Lib.T; END_VAR END_PROGRAM")]
     )
-    places = MissingNames(found.names).places
+    places = MissingNames(declarations.names).places
     assert [(spec.name, spec.at) for _, spec in places] == [("T", 21), ("Lib.T", 44)]
 
 
@@ -43,5 +43,5 @@ def test_deep_and_odd_sources_end() -> None:
         "TYPE T : U; END_TYPE TYPE U : REFERENCE TO T; END_TYPE"
         " PROGRAM P VAR t : T; END_VAR t[1].a := 1; END_PROGRAM",
     ):
-        found, _ = examine([parse(odd)])
-        MissingNames(found.names)
+        declarations, _ = examine([parse(odd)])
+        MissingNames(declarations.names)

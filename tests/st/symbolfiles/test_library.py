@@ -27,9 +27,9 @@ def another(platform: str = "x64") -> tuple[bytes, str]:
 def test_a_type_is_found_with_and_without_its_library(tmc: bytes) -> None:
     types = LibraryTypes([(tmc, "plant.tmc")])
     for name in ("Lib.T_Text", "t_text", "More.Lib.T_TEXT"):
-        found = types.type(name)
-        assert found is not None
-        assert (found.name, found.size) == ("Lib.T_Text", 16)
+        type = types.type(name)
+        assert type is not None
+        assert (type.name, type.size) == ("Lib.T_Text", 16)
     axis = types.type("Somewhere.ST_Axis")
     assert isinstance(axis, StructType)
     assert axis.size == 64
@@ -48,9 +48,9 @@ def test_a_derived_structure_knows_its_base(tmc: bytes) -> None:
 
 def test_the_first_file_counts(tmc: bytes) -> None:
     types = LibraryTypes([(tmc, "plant.tmc"), another()])
-    found = types.type("T_Text")
-    assert found is not None
-    assert found.size == 16
+    type = types.type("T_Text")
+    assert type is not None
+    assert type.size == 16
     assert types.type("E_Shut") is not None
 
 
@@ -65,16 +65,16 @@ def test_an_enumeration_of_two_files_is_one_with_its_value() -> None:
     )
     other = text.replace('"Lib"', '"LIB"').replace("<Enum>3", "<Enum>4")
     types = LibraryTypes([(text.encode(), "a.tmc"), (other.encode(), "b.tmc")])
-    assert [found.numbers for found in types.enumerations("auto")] == [{"Auto": 3}]
+    assert [enum.numbers for enum in types.enumerations("auto")] == [{"Auto": 3}]
 
 
 def test_a_name_of_two_libraries_is_a_question() -> None:
     types = LibraryTypes([another()])
     with pytest.raises(DeclarationError, match=r"which type is meant: lib\.t_text or other\.t_te"):
         types.type("T_Text")
-    found = types.type("Other.T_Text")
-    assert found is not None
-    assert found.size == 10
+    type = types.type("Other.T_Text")
+    assert type is not None
+    assert type.size == 10
 
 
 def test_values_of_enumerations_that_may_stand_alone(tmc: bytes) -> None:
@@ -111,7 +111,7 @@ POINTERS = b"""<TcModuleClass><DataTypes>
 def test_libraries_give_what_the_project_lacks(tmc: bytes) -> None:
     shelved = [another(), (b"<a/>", "broken.tmc"), (POINTERS, "far.tmc")]
     types = LibraryTypes([(tmc, "plant.tmc")], libraries=shelved)
-    found = [types.type(name) for name in ("T_Text", "E_Shut", "ST_Near")]
-    assert [type and type.size for type in found] == [16, 2, 4]
+    types_in_order = [types.type(name) for name in ("T_Text", "E_Shut", "ST_Near")]
+    assert [type and type.size for type in types_in_order] == [16, 2, 4]
     assert types.type("ST_Far") is None  # a pointer of another platform has another size
     assert types.names == ["plant.tmc"]

@@ -67,10 +67,10 @@ def test_a_type_is_found_by_its_guid_when_the_name_lacks_the_namespace() -> None
         "<BitSize>16</BitSize><BaseType>INT</BaseType></DataType>"
     )
     types = FileTypes([parse_xml(xml.encode(), "f.tmc")])
-    found = _symbol(
+    symbol = _symbol(
         types, '<BaseType GUID="{0A000000-0000-0000-0000-000000000001}">T</BaseType>', 16
     )
-    assert found.name == "L.T"
+    assert symbol.name == "L.T"
     assert [type.name for type in types.all()] == ["L.T"]
 
 

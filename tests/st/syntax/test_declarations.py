@@ -302,5 +302,5 @@ def test_deep_nesting_is_a_fault() -> None:
 
 
 def test_an_address_is_kept_as_written() -> None:
-    found = declared("a AT %IX12.7 : BOOL;")
-    assert found.address == tree.DirectAddress("%IX12.7")
+    declaration = declared("a AT %IX12.7 : BOOL;")
+    assert declaration.address == tree.DirectAddress("%IX12.7")

@@ -169,9 +169,9 @@ def test_operators_bind_as_the_standard_says(text: str, expected: str) -> None:
 )
 def test_initial_values(text: str, expected: str) -> None:
     parser = Parser(Source(text))
-    found = parser.attempt(parser.expressions.initial)
+    expression = parser.attempt(parser.expressions.initial)
     assert parser.faults == []
-    assert bracketed(found) == expected
+    assert bracketed(expression) == expected
 
 
 @pytest.mark.parametrize(
@@ -245,8 +245,8 @@ def test_deep_nesting_is_a_fault(opening: str) -> None:
 
 def test_nesting_up_to_the_limit_is_read() -> None:
     depth = DEEPEST - 1
-    found = parse_expression("(" * depth + "1" + ")" * depth)
-    assert found == tree.Literal("integer", "1")
+    expression = parse_expression("(" * depth + "1" + ")" * depth)
+    assert expression == tree.Literal("integer", "1")
 
 
 def test_long_chains_are_read_up_to_a_limit() -> None:
@@ -259,21 +259,21 @@ def test_long_chains_are_read_up_to_a_limit() -> None:
 
 def test_every_node_knows_its_place() -> None:
     text = "a.b[i] + f(x := 2)"
-    found = parse_expression(text)
-    assert isinstance(found, tree.Binary)
-    assert found.at == text.index("+")
-    assert isinstance(found.left, tree.Index)
-    assert found.left.at == text.index("[")
-    assert isinstance(found.left.of, tree.Member)
-    assert found.left.of.at == text.index("b")
-    assert isinstance(found.right, tree.Call)
-    assert found.right.arguments[0].at == text.index("x")
+    expression = parse_expression(text)
+    assert isinstance(expression, tree.Binary)
+    assert expression.at == text.index("+")
+    assert isinstance(expression.left, tree.Index)
+    assert expression.left.at == text.index("[")
+    assert isinstance(expression.left.of, tree.Member)
+    assert expression.left.of.at == text.index("b")
+    assert isinstance(expression.right, tree.Call)
+    assert expression.right.arguments[0].at == text.index("x")
 
 
 def test_an_assignment_in_brackets_may_begin_an_initial_value() -> None:
     parser = Parser(Source("(a := 0) OR b"))
-    found = parser.attempt(parser.expressions.initial)
-    assert isinstance(found, tree.Binary)
-    assert isinstance(found.left, tree.Assign)
+    expression = parser.attempt(parser.expressions.initial)
+    assert isinstance(expression, tree.Binary)
+    assert isinstance(expression.left, tree.Assign)
     parser = Parser(Source("(a := 0)"))
     assert isinstance(parser.attempt(parser.expressions.initial), tree.StructInitial)

@@ -156,8 +156,8 @@ def test_actions_may_stand_after_their_unit() -> None:
         "ACTION One: n := 1; END_ACTION\nACTION Two: n := 2; END_ACTION\n"
         "PROGRAM MAIN END_PROGRAM ACTION Three: ; END_ACTION"
     ).check()
-    found = [[part.name for part in unit.parts] for unit in parsed.units if hasattr(unit, "parts")]
-    assert found == [["One", "Two"], ["Three"]]
+    parts = [[part.name for part in unit.parts] for unit in parsed.units if hasattr(unit, "parts")]
+    assert parts == [["One", "Two"], ["Three"]]
     assert parse("ACTION Lost: ; END_ACTION").faults
 
 

@@ -163,12 +163,12 @@ h := );
 
 def test_deep_nesting_is_a_fault() -> None:
     for opening in ("IF a THEN ", "WHILE a DO ", "REPEAT ", "CASE a OF 1: ", "__TRY "):
-        found = faults_of(opening * 10_000)
-        assert f"this nests deeper than {DEEPEST} levels" in [message for _, _, message in found]
+        faults = faults_of(opening * 10_000)
+        assert f"this nests deeper than {DEEPEST} levels" in [message for _, _, message in faults]
 
 
 def test_many_branches_nest_nothing() -> None:
     text = "IF a THEN b();" + "ELSIF c THEN d();" * 5000 + "END_IF"
-    (found,) = parse_statements(text)
-    assert isinstance(found, tree.If)
-    assert len(found.branches) == 5001
+    (statement,) = parse_statements(text)
+    assert isinstance(statement, tree.If)
+    assert len(statement.branches) == 5001

@@ -30,8 +30,8 @@ TEXTS = [
 
 
 def unit(text: str) -> Unit:
-    (found,) = parse(text).check().units
-    return found
+    (parsed_unit,) = parse(text).check().units
+    return parsed_unit
 
 
 @pytest.mark.parametrize("node", NODES)
@@ -44,10 +44,10 @@ def test_places_do_not_count_and_are_not_shown(node: type) -> None:
 @pytest.mark.parametrize("text", TEXTS)
 def test_a_unit_knows_where_its_name_stands(text: str) -> None:
     text = f"// first\n{text}"
-    found = unit(text)
+    tree_of_unit = unit(text)
     # The name of a name space may be a path, of which it is a part: its place is its keyword.
-    sign = "NAMESPACE" if isinstance(found, Namespace) else found.name
-    assert found.at == text.index(sign)
+    sign = "NAMESPACE" if isinstance(tree_of_unit, Namespace) else tree_of_unit.name
+    assert tree_of_unit.at == text.index(sign)
 
 
 @pytest.mark.parametrize("text", TEXTS)
@@ -59,8 +59,8 @@ def test_the_same_unit_elsewhere_is_the_same_tree(text: str) -> None:
 
 
 def test_a_list_of_variables_bears_the_name_of_its_file() -> None:
-    (found,) = parse("VAR_GLOBAL a : INT; END_VAR", name="GVL_Axis").units
-    assert found.name == "GVL_Axis"
+    (tree_of_unit,) = parse("VAR_GLOBAL a : INT; END_VAR", name="GVL_Axis").units
+    assert tree_of_unit.name == "GVL_Axis"
 
 
 def test_a_block_with_parts_of_each_kind() -> None:

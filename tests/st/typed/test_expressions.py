@@ -52,8 +52,8 @@ class Runner:
             case Known(int() as number):
                 return number
             case Read(storage, type):
-                found: int = type.read(self.memory[storage.name], self.offset(storage))
-                return found
+                content: int = type.read(self.memory[storage.name], self.offset(storage))
+                return content
             case Converted(operand, type):
                 data = self.value(operand).to_bytes(8, "little", signed=True)
                 return int.from_bytes(data[: type.size], "little", signed=True)

@@ -13,9 +13,9 @@ def test_all_nodes_once() -> None:
     condition = Computed(Operator.LT, (read, one), BOOL)
     inner = Do(one)
     statement = Conditional((TypedBranch(condition, (inner,)),), ())
-    found = list(nodes_in((statement, statement.branches[0])))
-    assert found.count(condition) == 2
-    assert {type(node) for node in found} == {
+    nodes = list(nodes_in((statement, statement.branches[0])))
+    assert nodes.count(condition) == 2
+    assert {type(node) for node in nodes} == {
         *(Conditional, TypedBranch, Computed, Read, Storage, FrameBase, Known, Do)
     }
 

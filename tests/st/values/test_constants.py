@@ -95,8 +95,8 @@ def evaluated(text: str) -> Constant:
     ],
 )
 def test_values(text: str, value: object) -> None:
-    found = evaluated(text).value
-    assert (found, type(found)) == (value, type(value))
+    result = evaluated(text).value
+    assert (result, type(result)) == (value, type(value))
 
 
 @pytest.mark.parametrize("text", ["v", "v + 1", "ADR(c)", "f(1)", "c[1]", "c^", "THIS^.x", "(v)^",
@@ -225,12 +225,14 @@ def test_a_value_of_an_enumeration_behind_the_name_space_of_its_library(
         iter(_declared(source + f"VAR_GLOBAL x : INT := {value}; END_VAR").globals.values())
     ).__iec__.members
     assert x.initial == number
-    found = _declared(
+    declarations = _declared(
         source + f"PROGRAM P VAR x : INT; e : {enum}; END_VAR x := {value}; e := {value};"
         f" IF e = {value} THEN x := x + 1; END_IF END_PROGRAM"
     )
-    project = check(found)
+    project = check(declarations)
     assert not project.faults
-    plc = PlcRuntime([Task("T", 1_000_000, list(found.programs.values()))], bodies=Bodies(project))
+    plc = PlcRuntime(
+        [Task("T", 1_000_000, list(declarations.programs.values()))], bodies=Bodies(project)
+    )
     plc.run_due(1_000_000)
     assert plc.instance("P")["x"] == number + 1

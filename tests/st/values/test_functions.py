@@ -107,8 +107,8 @@ def evaluated(text: str) -> Constant:
     ],
 )
 def test_values(text: str, value: Value) -> None:
-    found = evaluated(text).value
-    assert (found, type(found)) == (value, type(value))
+    result = evaluated(text).value
+    assert (result, type(result)) == (value, type(value))
 
 
 @pytest.mark.parametrize(
@@ -179,8 +179,8 @@ def test_no_root_of_a_negative_number() -> None:
 
 
 def test_a_text_is_cut_where_a_string_ends() -> None:
-    found = called("CONCAT", [Constant("a" * 200), Constant("b" * 200)], 0)
-    assert found.value == "a" * 200 + "b" * 55
+    result = called("CONCAT", [Constant("a" * 200), Constant("b" * 200)], 0)
+    assert result.value == "a" * 200 + "b" * 55
 
 
 @given(st.integers(-(1 << 15), (1 << 15) - 1))

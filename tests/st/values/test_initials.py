@@ -127,8 +127,8 @@ END_VAR"""
 def test_what_an_inner_value_leaves_out_is_as_the_outer_type_has_it(
     initial: str, expected: tuple[tuple[int, ...], ...]
 ) -> None:
-    found = declare([parse(NESTED % initial)]).globals["gvl"].__iec__
-    o, x, f = (item.type.decode(item.initial_bytes()) for item in found.members)
+    record = declare([parse(NESTED % initial)]).globals["gvl"].__iec__
+    o, x, f = (item.type.decode(item.initial_bytes()) for item in record.members)
     assert (o.i.a, o.i.b, o.i.c) == expected[0]
     assert tuple((item.a, item.b) for item in o.g) == expected[1:]
     assert (x.a, x.b) == (3, 30)

@@ -79,6 +79,6 @@ def test_variables_are_on_the_lines_of_their_elements() -> None:
 def test_address_with_two_numbers_is_left_to_the_station(address: str, text: str) -> None:
     variable = f"<variable name='a' address='{address}'><type><DINT/></type></variable>"
     block = element(f"<localVars>{variable}</localVars>")
-    found = DeclarationText(block.location)
-    found.block(block)
-    assert f"a AT {text} : DINT;" in found.element.text
+    text_of_block = DeclarationText(block.location)
+    text_of_block.block(block)
+    assert f"a AT {text} : DINT;" in text_of_block.element.text

@@ -80,9 +80,9 @@ def test_interface_of_a_vendor_is_a_unit() -> None:
         "<interface/></Method></Methods></Interface></data></addData>"
     )
     whole = document().replace("</project>", added + "</project>")
-    (found,) = parse_plcopen(whole.encode(), "plc.xml", "plc").units
-    assert isinstance(found, units.Interface)
-    assert [part.name for part in found.parts] == ["Run"]
+    (unit,) = parse_plcopen(whole.encode(), "plc.xml", "plc").units
+    assert isinstance(unit, units.Interface)
+    assert [part.name for part in unit.parts] == ["Run"]
 
 
 def test_instruction_list() -> None:

@@ -93,12 +93,12 @@ def written(*sources: Parsed, tasks: tuple[TaskDeclaration, ...] = ()) -> bytes:
 def in_order(parsed: Parsed) -> dict[str, str]:
     """Units by name, their parts by kind: a document has actions first."""
     assert not parsed.faults
-    found = {}
+    texts = {}
     for one in parsed.units:
         if isinstance(one, FunctionBlock | Program):
             one = changed(one, parts=tuple(sorted(one.parts, key=lambda part: type(part).__name__)))
-        found[one.name] = print_units([one])
-    return found
+        texts[one.name] = print_units([one])
+    return texts
 
 
 def test_units_read_as_they_were() -> None:
@@ -160,8 +160,8 @@ def test_drawn_bodies_are_left_out_and_named(name: str) -> None:
     drawn = read(unit(head, networks(network(contact("a")))))
     document = plcopen_document([drawn], (), "plc", CREATED)
     assert document.left_out == [name]
-    (found,) = parse_plcopen(document.text.encode(), "plc.xml", "plc").units
-    assert found.name == name
+    (read_back,) = parse_plcopen(document.text.encode(), "plc.xml", "plc").units
+    assert read_back.name == name
 
 
 def test_export_of_twincat_2_becomes_a_document() -> None:

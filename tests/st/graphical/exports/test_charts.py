@@ -28,8 +28,8 @@ def test_chart_forks_joins_and_waits_for_the_minimum() -> None:
 
 
 def test_statements_of_steps_have_their_places() -> None:
-    found = [CHART[body.start : body.end].strip() for body in step_bodies(CHART)]
-    assert found == ["i := i + 1;", "n := n + 1;"]
+    bodies = [CHART[body.start : body.end].strip() for body in step_bodies(CHART)]
+    assert bodies == ["i := i + 1;", "n := n + 1;"]
 
 
 def test_steps_and_flow() -> None:

@@ -67,11 +67,11 @@ def block(id: int, type: str, *pins: str, outputs: str = "OUT", **attributes: ob
 
 def variables(**types: str) -> str:
     """Local variables by their types; one of a block or type of the user begins with `.`."""
-    found = ""
+    text = ""
     for name, type in types.items():
         inner = f"<derived name={quoteattr(type[1:])}/>" if type[0] == "." else f"<{type}/>"
-        found += f"<variable name={quoteattr(name)}><type>{inner}</type></variable>\n"
-    return f"<interface><localVars>\n{found}</localVars></interface>"
+        text += f"<variable name={quoteattr(name)}><type>{inner}</type></variable>\n"
+    return f"<interface><localVars>\n{text}</localVars></interface>"
 
 
 def pou(name: str, interface: str, body: str, kind: str = "program", parts: str = "") -> str:
