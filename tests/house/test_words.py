@@ -2,6 +2,7 @@
 
 import re
 from collections import defaultdict
+from collections.abc import Iterator
 from pathlib import Path
 
 from tests.house.sources import Module, Texts
@@ -125,6 +126,33 @@ RETIRED_IN = {
 }
 """Parts of names that are not the field's words in a room, and what to write."""
 
+PRIVATE = {
+    "DeclaredFacts": "SourceDefines", "GivenTypes": "PredefinedTypes",
+    "KeptVariable": "RetainedVariable", "StaticLives": "StaticInstances",
+    "_Shelf": "_LibraryFolders", "asks_for_declarations": "needs_declarations",
+    "begun_again": "created_again", "forget_made": "reset_heap_pointers",
+    "given_units": "predefined_units", "given_variable": "predefined_variable",
+    "is_given": "is_predefined", "is_held": "is_halted", "kept_plain": "plain_routines",
+    "kept_trees": "cached_trees", "kept_variables": "retained_variables",
+    "of_given": "of_predefined", "refuel": "reset_budget", "shelf": "search folders",
+    "stand_in": "stub", "stand_ins": "stubs", "standin": "stub", "standins": "stubs",
+    "stands still": "is halted", "to life": "create", "shelves": "search folders",
+    "stand-in": "stub", "stand-ins": "stubs", "leads nowhere": "has no target",
+    "is told": "is reported", "are told": "are reported", "nobody": "no client, no task …",
+    "somebody": "a client, a task …",
+}  # fmt: skip
+"""Words that only we used, and the field's words: in the code of the rooms below."""
+
+ROOMS_WITH_FIELD_WORDS = ("libraries", "plc", "site", "st", "tcunit", "testing")
+"""Rooms of `src/achse` without private words and without participles as names."""
+
+OTHERS = ("st/lint/", "st/workspace/", "plc/routines/xml_documents.py",
+          "st/check/signatures.py", "st/check/warm.py")  # fmt: skip
+"""Places in these rooms that still have participles as names. The list only shrinks."""
+
+RESULTS = ("asked", "found", "given", "held", "kept", "made", "told")
+"""Participles that are not the name of a result: `match`, `entry`, `faults`, `operand` are."""
+
 
 def _room(path: Path) -> str:
     """`docs/how-to`, `src/achse/st`; the root's pages by name."""
@@ -187,6 +215,42 @@ def test_attributes_are_no_participles(tracked: list[Path], texts: Texts) -> Non
             for name in assigned.findall(texts[path])
         }
     )
+    assert not places, "name the thing:\n" + "\n".join(places)
+
+
+def _code_of(rooms: tuple[str, ...], tracked: list[Path]) -> Iterator[Path]:
+    for path in tracked:
+        if path.suffix == ".py" and any(path.is_relative_to(f"src/achse/{name}") for name in rooms):
+            yield path
+
+
+def test_private_words_do_not_return(tracked: list[Path], texts: Texts) -> None:
+    write = {word.casefold(): instead for word, instead in PRIVATE.items()}
+    words = "|".join(map(re.escape, PRIVATE))
+    private = re.compile(rf"(?<![\w-])(?:{words})(?![\w-])", re.IGNORECASE)
+    places = [
+        f"{path}: {word[0]} (write: {write[word[0].casefold()]})"
+        for path in _code_of(ROOMS_WITH_FIELD_WORDS, tracked)
+        for word in private.finditer(texts[path])
+    ]
+    assert not places, "\n".join(places)
+
+
+def test_results_are_named_after_the_thing(tracked: list[Path], texts: Texts) -> None:
+    """`found = …`, `(made := …`, `for kept in …`, `def f(told: …` name nothing."""
+    name = f"({'|'.join(RESULTS)})"
+    bound = re.compile(
+        rf"^ +(?:\w+, )*{name}(?:, \w+)* *(?::[^=\n]+)?[-+|&]?=(?!=)"
+        rf"|\b{name} *:=|\bfor (?:\w+, )*{name}(?:, \w+)* in\b"
+        rf"|^ *(?:async )?def .*[(,] *{name}\s*:|^ +{name} *: *[^=\n]+,$",
+        re.MULTILINE,
+    )
+    places = [
+        f"{path}: {hit[0].strip()}"
+        for path in _code_of(ROOMS_WITH_FIELD_WORDS, tracked)
+        if not str(path.relative_to("src/achse")).startswith(OTHERS)
+        for hit in bound.finditer(texts[path])
+    ]
     assert not places, "name the thing:\n" + "\n".join(places)
 
 

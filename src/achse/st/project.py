@@ -141,7 +141,7 @@ class ProjectFiles:
 
     sources: tuple[Parsed, ...]
     tasks: tuple[TaskDeclaration, ...]
-    found: Gathered
+    gathered: Gathered
     events: tuple[Parsed, ...]
     """Declarations made of event classes."""
     further: LibraryTypes
@@ -152,7 +152,7 @@ class ProjectFiles:
     @property
     def libraries(self) -> tuple[Parsed, ...]:
         """The sources of libraries."""
-        return (*self.found.sources, *self.events)
+        return (*self.gathered.sources, *self.events)
 
     def programs(self, programs: Iterable[str] | None = None) -> list[str]:
         """Return the names of the programs that tasks call, or those given instead."""
@@ -174,7 +174,7 @@ class ProjectFiles:
             constants=constants,
             rules=self.rules,
             further=self.further,
-            references=self.found.own,
+            references=self.gathered.own,
         )
 
     def completed(
@@ -189,9 +189,9 @@ class ProjectFiles:
         declared, error = known or self.declared(types, constants)
         names = declared.names
         missing = missing_libraries(
-            self.found.missing,
-            self.found.containers,
-            (*self.sources, *self.found.sources),
+            self.gathered.missing,
+            self.gathered.containers,
+            (*self.sources, *self.gathered.sources),
             names.unknown_types,
             lambda word: names.scopes.find(word) is not None,
         )
@@ -200,8 +200,8 @@ class ProjectFiles:
         lacking: tuple[MissingLibrary, ...] = ()
         if unknown == "libraries":
             lacking = lacking_libraries(
-                self.found.here,
-                (*self.sources, *self.found.sources),
+                self.gathered.here,
+                (*self.sources, *self.gathered.sources),
                 lambda word: names.scopes.find(word) is not None or word in names.predefined,
             )
         has_some = bool(missing) or bool(lacking) or names.predefined.has_shells
@@ -211,7 +211,7 @@ class ProjectFiles:
                 None if unknown == "opaque" else (*missing, *lacking),
                 {
                     space.lower()
-                    for folders in self.found.own.values()
+                    for folders in self.gathered.own.values()
                     for spaces in folders.values()
                     for space in spaces
                 },
@@ -248,7 +248,7 @@ class ProjectFiles:
         unreached: list[Diagnostic] = []
         if not check_all:
             reach = Reach(
-                declared.names, (*self.sources, *self.found.sources), self.programs(programs)
+                declared.names, (*self.sources, *self.gathered.sources), self.programs(programs)
             )
             faults, unreached = reach.findings(faults)
         project = Project(
