@@ -21,7 +21,7 @@ def test_both_structures_have_their_documented_size() -> None:
     assert (APP_INFO.size, TASK_INFO.size) == (256, 128)
 
 
-def test_app_info_tells_of_the_application() -> None:
+def test_app_info_describes_the_application() -> None:
     plc = runtime(
         Task(), Task("Slow"), name="Station", project="Line 5", port=852, timestamp=0x5000_0000
     )

@@ -4,7 +4,7 @@ from achse.drive.objects import ROWS
 from achse.site.objects import access_text, object_cells, pdo_text
 
 
-def test_entry_is_told_in_seven_cells() -> None:
+def test_entry_is_reported_in_seven_cells() -> None:
     row = next(row for row in ROWS if (row.index, row.subindex) == (0x6040, 0))
     index, type, access, pdo, default, unit, name = object_cells(row)
     assert (index, type, access) == ("6040:00", "U16", "rw")

@@ -505,7 +505,7 @@ def test_what_is_wrong_with_types_and_units(text: str, expected: list[str]) -> N
     assert messages(text) == expected
 
 
-def test_a_fault_is_told_once_and_in_its_file() -> None:
+def test_a_fault_is_reported_once_and_in_its_file() -> None:
     bad = parse(Source("TYPE ST_Bad : STRUCT\n x : X; END_STRUCT END_TYPE", "bad.st"))
     users = [parse(f"PROGRAM P{n} VAR a : ST_Bad; END_VAR END_PROGRAM") for n in range(3)]
     with pytest.raises(SourceError) as caught:

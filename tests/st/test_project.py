@@ -107,7 +107,7 @@ def test_libraries(folder: Path, tmp_path_factory: pytest.TempPathFactory) -> No
     assert declarations.programs["p"].__iec__.size == 2
 
 
-def test_all_faults_of_all_files_are_told(folder: Path) -> None:
+def test_all_faults_of_all_files_are_reported(folder: Path) -> None:
     (folder / "a.st").write_text("PROGRAM a x := ; END_PROGRAM")
     (folder / "b.st").write_text("TYPE T INT; END_TYPE\nTYPE U INT; END_TYPE")
     (folder / "c.TcPOU").write_text("<a>")
@@ -233,7 +233,7 @@ def test_types_of_a_library_come_from_the_symbol_file_beside_it(tmp_path: Path) 
     assert declarations.programs["p"].__iec__.size == 16
 
 
-def test_a_type_in_neither_is_told_with_both(tmp_path: Path) -> None:
+def test_a_type_in_neither_is_reported_with_both(tmp_path: Path) -> None:
     (tmp_path / "P.st").write_text("PROGRAM P VAR x : ST_Nowhere; END_VAR END_PROGRAM")
     (tmp_path / "Old.tmc").write_text(LIBRARY)
     with pytest.raises(SourceError) as caught:
@@ -243,7 +243,7 @@ def test_a_type_in_neither_is_told_with_both(tmp_path: Path) -> None:
     assert "P.st:1:19" in str(caught.value)
 
 
-def test_the_symbol_file_tells_the_platform(tmp_path: Path) -> None:
+def test_the_symbol_file_has_the_platform(tmp_path: Path) -> None:
     (tmp_path / "P.st").write_text("PROGRAM P VAR x : POINTER TO INT; END_VAR END_PROGRAM")
     assert load_project(tmp_path).rules.pointer_size == 8
     (tmp_path / "P.tmc").write_text(LIBRARY.replace("x64", "x86"))
@@ -252,7 +252,7 @@ def test_the_symbol_file_tells_the_platform(tmp_path: Path) -> None:
     assert project.declarations.programs["p"].__iec__.size == 4
 
 
-def test_a_fault_in_the_symbol_file_is_told_in_its_place(tmp_path: Path) -> None:
+def test_a_fault_in_the_symbol_file_is_reported_in_its_place(tmp_path: Path) -> None:
     (tmp_path / "P.st").write_text("PROGRAM P VAR x : ST_Lib; END_VAR END_PROGRAM")
     (tmp_path / "P.tmc").write_text(LIBRARY.replace(">32</BitOffs>", ">320</BitOffs>"))
     with pytest.raises(SourceError, match=r"P\.tmc:6:2: member 'n' ends at 42 of 8 bytes"):

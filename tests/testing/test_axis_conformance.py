@@ -86,7 +86,7 @@ def test_without_motion_nothing_moves(reach: Reach) -> None:
     assert reach.station.time_ns == 0
 
 
-def test_a_size_and_an_id_that_are_wrong_are_told(reach: Reach) -> None:
+def test_a_size_and_an_id_that_are_wrong_are_reported(reach: Reach) -> None:
     reach.reads[0x4101, 0x0A] = lambda data: data[:4]
     reach.reads[0x4001, 0x01] = lambda data: b"\7\0\0\0"
     faults = _faults(reach)
@@ -94,7 +94,7 @@ def test_a_size_and_an_id_that_are_wrong_are_told(reach: Reach) -> None:
     assert "axis id: expected 1, got 7" in faults
 
 
-def test_an_nc_that_refuses_nothing_is_told(reach: Reach) -> None:
+def test_an_nc_that_refuses_nothing_is_reported(reach: Reach) -> None:
     reach.forgiving = True
     faults = _faults(reach)
     assert "offset 0xFFF, which does not exist, is answered" in faults
@@ -102,7 +102,7 @@ def test_an_nc_that_refuses_nothing_is_told(reach: Reach) -> None:
     assert "can be written, its row says read only" in faults
 
 
-def test_an_axis_that_goes_too_fast_is_told(reach: Reach) -> None:
+def test_an_axis_that_goes_too_fast_is_reported(reach: Reach) -> None:
     reach.reads[0x4101, 0x0E] = lambda data: _doubled(data)
     faults = _faults(reach)
     assert "a move by 10: the set velocity is up to 40, expected at most 20" in faults
@@ -113,13 +113,13 @@ def _doubled(data: bytes) -> bytes:
     return struct.pack("<d", 2 * struct.unpack("<d", data)[0])
 
 
-def test_an_axis_that_does_not_move_is_told(reach: Reach) -> None:
+def test_an_axis_that_does_not_move_is_reported(reach: Reach) -> None:
     reach.writes[0x4201, 0x16] = lambda data: None
     faults = _faults(reach)
     assert "a move by 10: the set position is 0, expected 10" in faults
     assert "a start of type 99" in faults
 
 
-def test_a_stop_that_does_nothing_is_told(reach: Reach) -> None:
+def test_a_stop_that_does_nothing_is_reported(reach: Reach) -> None:
     reach.writes[0x4201, 0x02] = lambda data: None
     assert "a stop on the way from 0 to 20 ends at 20" in _faults(reach)

@@ -30,7 +30,7 @@ def test_an_hour_takes_no_time() -> None:
         assert runner.run(hours()) == ["0.5", "3600", "7200"]
 
 
-def test_waiting_for_what_nobody_does_is_an_error() -> None:
+def test_endless_waiting_is_an_error() -> None:
     loop = VirtualTimeLoop()
     never = loop.create_future()
     with pytest.raises(RuntimeError, match="deadlock"):

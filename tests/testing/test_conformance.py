@@ -60,12 +60,12 @@ class _Short(FakeDevice):
         (_Short, "a refused READ has 4 bytes, expected 8"),
     ],
 )
-def test_a_device_that_breaks_a_rule_is_told(make: Any, message: str) -> None:
+def test_a_device_that_breaks_a_rule_is_reported(make: Any, message: str) -> None:
     with pytest.raises(ConformanceError, match=message):
         check_device(make)
 
 
-def test_a_row_that_fails_inside_is_told(caplog: pytest.LogCaptureFixture) -> None:
+def test_a_row_that_fails_inside_is_reported(caplog: pytest.LogCaptureFixture) -> None:
     def broken(_: object) -> int:
         raise ZeroDivisionError
 
@@ -120,7 +120,7 @@ def test_our_tcp_conforms() -> None:
     asyncio.run(check_transport(open))
 
 
-def test_a_transport_that_loses_or_changes_a_frame_is_told() -> None:
+def test_a_transport_that_loses_or_changes_a_frame_is_reported() -> None:
     pair = LinkedPair()
 
     @contextlib.asynccontextmanager

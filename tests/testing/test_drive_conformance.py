@@ -84,7 +84,7 @@ def jammed() -> Drive:
         (jammed, "csp: target"),
     ],
 )
-def test_a_rule_that_is_broken_is_told(make: Callable[[], Drive], message: str) -> None:
+def test_a_rule_that_is_broken_is_reported(make: Callable[[], Drive], message: str) -> None:
     with pytest.raises(ConformanceError) as caught:
         check_drive(reach(make()))
     assert any(line.startswith(message) for line in str(caught.value).splitlines()), str(

@@ -102,7 +102,7 @@ def test_what_runs_in_the_thread_gives_its_result_or_exception(station: LiveStat
     station.stop()
 
 
-def test_a_broken_cycle_is_told_at_the_end() -> None:
+def test_a_broken_cycle_is_reported_at_the_end() -> None:
     station = LiveStation(time=50.0)
     station.start()
 

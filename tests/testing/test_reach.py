@@ -37,14 +37,14 @@ def test_texts_of_any_length_within_a_mailbox() -> None:
     assert reach.read(0x2000) == b"a longer text"
 
 
-def test_a_slave_that_does_not_answer_is_told(reach: SegmentReach) -> None:
+def test_a_slave_that_does_not_answer_is_reported(reach: SegmentReach) -> None:
     reach.request(AlState.PREOP)
     reach.segment.slaves[1].mailbox_delay_ns = 10**10
     with pytest.raises(ReachError, match="answer"):
         reach.read(0x1000)
 
 
-def test_a_lost_frame_is_told(reach: SegmentReach) -> None:
+def test_a_lost_frame_is_reported(reach: SegmentReach) -> None:
     reach.segment.break_link(reach.segment.slaves[0])
     with pytest.raises(ReachError, match="lost"):
         reach.request(AlState.PREOP)

@@ -239,7 +239,7 @@ def test_moves_are_named_by_variable() -> None:
     assert moves.again == moves.copied | moves.renewed
 
 
-def test_statements_of_life_say_what_variable_they_are_about() -> None:
+def test_lifecycle_statements_name_their_variable() -> None:
     typed = check(_declared())
     body = typed.routines["main.__create"].body
     assert body is not None

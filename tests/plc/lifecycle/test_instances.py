@@ -7,7 +7,7 @@ from achse.plc.runtime import PlcState
 from tests.plc.one_text import bodies_of, declared_text, life_text, plc_of
 
 
-def test_instances_come_to_life_with_the_arguments_of_their_declaration() -> None:
+def test_instances_are_created_with_the_arguments_of_their_declaration() -> None:
     plc = plc_of(life_text())
     main = plc.instance("MAIN")
     assert plain(main["a"])["nInit"] == 7

@@ -135,7 +135,7 @@ def test_they_come_again_with_a_reset_and_follow_an_online_change() -> None:
         ("n : USINT := m; m : INT := 300;", "5:.*USINT takes .* got 300"),
     ],
 )
-def test_what_takes_a_running_program_is_told_once_with_its_place(
+def test_what_takes_a_running_program_is_reported_once_with_its_place(
     declaration: str, warning: str
 ) -> None:
     text = f"""

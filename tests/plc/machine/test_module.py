@@ -19,7 +19,7 @@ def test_notes_come_back_from_the_cache() -> None:
     assert (again.outside, again.texts, again.plain) == ([(1, 2)], ["start"], {"f": "why"})
 
 
-def test_what_stays_plain_is_told(run: Run) -> None:
+def test_what_stays_plain_is_reported(run: Run) -> None:
     ran = run(
         "FUNCTION F : INT VAR q : POINTER TO INT; END_VAR q := __NEW(INT); __DELETE(q); F := 3;"
         " END_FUNCTION\nPROGRAM MAIN VAR x : INT; END_VAR x := F(); END_PROGRAM"

@@ -50,7 +50,7 @@ def test_what_was_kept_is_there_again(number: int, numbers: list[int], text: str
     assert after.plc.instance("GVL")["sName"] == text
 
 
-def test_another_type_begins_as_declared_and_is_told() -> None:
+def test_another_type_begins_as_declared_and_is_reported() -> None:
     before, after = _ran(), _ran("LINT")
     before.plc.instance("MAIN")["a"][0]["nStarts"] = 5
     left = inherit_variables(after.plc, retained_variables(before.plc))

@@ -10,7 +10,7 @@ from achse.st.typed.project import TypedProject
 LIBRARY = "FUNCTION F_Lib : INT VAR d : DINT; END_VAR F_Lib := d; END_FUNCTION"
 
 
-def test_every_fault_of_a_body_is_told(typed: Callable[[str], TypedProject]) -> None:
+def test_every_fault_of_a_body_is_reported(typed: Callable[[str], TypedProject]) -> None:
     project = typed("PROGRAM MAIN\nVAR n : INT; END_VAR\nn := a;\nn := 1;\nn := b;\nEND_PROGRAM")
     assert [fault.location.line for fault in project.faults] == [3, 5]
     assert project.left_out == {"main": "it has faults"}

@@ -88,7 +88,7 @@ def test_tables_have_the_most_derived_parts(typed: Typed) -> None:
          "FB_Abstract is abstract: there is no instance of it"),
     ],
 )  # fmt: skip
-def test_what_is_missing_of_a_block_is_told(typed: Typed, block: str, message: str) -> None:
+def test_what_is_missing_of_a_block_is_reported(typed: Typed, block: str, message: str) -> None:
     units = """
     INTERFACE I_A METHOD Go END_METHOD END_INTERFACE
     FUNCTION_BLOCK ABSTRACT FB_Abstract METHOD ABSTRACT Go END_METHOD END_FUNCTION_BLOCK
@@ -96,7 +96,7 @@ def test_what_is_missing_of_a_block_is_told(typed: Typed, block: str, message: s
     assert [fault.message for fault in typed(block + units).faults] == [message]
 
 
-def test_units_come_to_life_by_their_slots(typed: Typed) -> None:
+def test_units_are_created_by_their_slots(typed: Typed) -> None:
     project = typed(
         """
         VAR_GLOBAL CONSTANT c : INT := 1; END_VAR

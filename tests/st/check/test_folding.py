@@ -67,7 +67,7 @@ def test_whole_numbers(
     assert folded(Computed(operator, operands, type)) == Known(expected, type)
 
 
-def test_what_only_a_target_can_tell_stays() -> None:
+def test_undefined_operations_are_not_folded() -> None:
     for operator, values in ((Operator.DIV, (1.0, 0.0)), (Operator.SQRT, (-1.0,))):
         value = Computed(operator, tuple(Known(item, REAL) for item in values), REAL)
         assert folded(value) is value

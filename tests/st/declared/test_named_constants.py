@@ -92,7 +92,7 @@ def test_values_of_two_enumerations_are_asked_for_by_their_type() -> None:
     ("name", "fault"),
     [("cSelf", "8 the constant 'cself' rests on itself"), ("cWide", "9 ")],
 )
-def test_a_constant_at_fault_is_told_once_in_its_place(name: str, fault: str) -> None:
+def test_a_constant_at_fault_is_reported_once_in_its_place(name: str, fault: str) -> None:
     names = scopes()
     for _ in range(2):
         with pytest.raises(Failed):

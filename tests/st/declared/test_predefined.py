@@ -93,7 +93,7 @@ def test_a_symbol_file_has_what_is_in_neither() -> None:
     assert (WITH_FILE.files, GIVEN.files, GIVEN.values("right")) == (("plant.tmc",), (), [])
 
 
-def test_doubts_are_told_where_the_name_stands_and_faults_where_they_are() -> None:
+def test_doubts_are_reported_where_the_name_stands_and_faults_where_they_are() -> None:
     with pytest.raises(Unexpected) as doubt:
         WITH_FILE.find("T_Two", 7)
     assert (doubt.value.at, doubt.value.message) == (7, "T_Two is A.T_Two or B.T_Two")

@@ -191,12 +191,12 @@ def test_a_program_is_no_type() -> None:
         ("FUNCTION_BLOCK T IMPLEMENTS INT END_FUNCTION_BLOCK", "1:29 INT is not an interface"),
     ],
 )
-def test_a_fault_is_told_once_in_its_place(text: str, fault: str) -> None:
+def test_a_fault_is_reported_once_in_its_place(text: str, fault: str) -> None:
     (message,) = faults(text)
     assert message.endswith(fault)
 
 
-def test_a_fault_costs_one_variable_so_that_the_others_are_told_too() -> None:
+def test_a_fault_costs_one_variable_so_that_the_others_are_reported_too() -> None:
     text = "TYPE T : STRUCT\na : Nothing;\nb : INT;\nc : None;\nEND_STRUCT END_TYPE"
     assert faults(text) == ["2:5 no type is named 'Nothing'", "4:5 no type is named 'None'"]
 
@@ -212,7 +212,7 @@ def test_pointers_are_followed_when_all_is_declared() -> None:
     assert pointer.target is type
 
 
-def test_a_pointer_to_a_type_at_fault_tells_it_when_followed() -> None:
+def test_fault_of_a_pointer_target_is_reported_when_followed() -> None:
     types = resolver("TYPE T : POINTER TO U; END_TYPE TYPE U : INT (5..1); END_TYPE")
     assert types.entry_type(entry(types, "T"), 0).size == 8
     assert not types.scopes.faults

@@ -164,6 +164,6 @@ def test_calls_take_a_running_program() -> None:
         ("n.x", "INT has no member 'x'"),
     ],
 )
-def test_what_leads_nowhere_is_said(text: str, message: str) -> None:
+def test_missing_target_is_reported(text: str, message: str) -> None:
     with pytest.raises(Unexpected, match=message):
         encoded(text, INT)  # type: ignore[arg-type]

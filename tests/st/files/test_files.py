@@ -64,7 +64,7 @@ def test_symbol_files_are_those_beside_it(tmp_path: Path) -> None:
     assert [item.name for item in symbol_files(tmp_path)] == ["b.TMC", "a.tmc"]
 
 
-def test_what_cannot_be_read_is_told(tmp_path: Path) -> None:
+def test_what_cannot_be_read_is_reported(tmp_path: Path) -> None:
     for path in (tmp_path / "none", tmp_path, Path("a\0b")):
         with pytest.raises(SourceError, match="cannot be read"):
             content_of(path, "x")
@@ -158,7 +158,7 @@ def test_file_that_is_named_often_is_read_once(
     assert files == [folder / name for name in expected]
 
 
-def test_names_that_cannot_be_followed_are_told(tmp_path: Path) -> None:
+def test_names_that_cannot_be_followed_are_reported(tmp_path: Path) -> None:
     (tmp_path / "ring.st").symlink_to("ring.st")
     for name in ("ring.st", "a%00.st", "none.st"):
         (tmp_path / "P.plcproj").write_text(f'<Project><Compile Include="{name}"/></Project>')

@@ -66,7 +66,7 @@ def test_a_single_project_is_taken_whole(folder: Path) -> None:
     assert project.missing == ()
 
 
-def test_what_is_nowhere_is_missing(folder: Path) -> None:
+def test_library_without_source_is_missing(folder: Path) -> None:
     packed = folder / "packed/Outer Lib/1.0/x.library"
     packed.parent.mkdir(parents=True)
     packed.touch()
@@ -78,7 +78,7 @@ def test_what_is_nowhere_is_missing(folder: Path) -> None:
     assert gathered.containers == {"outerlib": "x.library"}
 
 
-def test_a_parameter_that_cannot_be_read_is_told(folder: Path) -> None:
+def test_a_parameter_that_cannot_be_read_is_reported(folder: Path) -> None:
     file = folder / "user/user.plcproj"
     file.write_text(file.read_text().replace(">7<", ">7 +<"))
     _, error = examine_project(file, libraries=[folder / "libs"])
@@ -198,7 +198,7 @@ def test_parameters_reach_libraries_that_come_with_achse(tmp_path: Path) -> None
     assert sizes == {"set": 7, "loose": 7, "unset": 20}
 
 
-def test_wrong_parameter_of_a_library_of_achse_is_told(tmp_path: Path) -> None:
+def test_wrong_parameter_of_a_library_of_achse_is_reported(tmp_path: Path) -> None:
     wrong = "<Parameters><Parameter><Key>MAXALARMS</Key><Value>7 +</Value></Parameter></Parameters>"
     text = "PROGRAM P END_PROGRAM"
     _project(tmp_path / "p", "P", text, ("Tc3_PackML_V2", "Tc3_PackML_V2", wrong))

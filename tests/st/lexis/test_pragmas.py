@@ -81,5 +81,5 @@ def test_definitions() -> None:
      "{IF (defined (A)}", "{IF NOT}", "{define}", "{IF " + "(" * 100 + "}",
      "{IF " + "NOT " * 100 + "defined (A)}"],
 )  # fmt: skip
-def test_what_is_wrong_is_told(pragma: str) -> None:
+def test_what_is_wrong_is_reported(pragma: str) -> None:
     assert Conditions().take(pragma)

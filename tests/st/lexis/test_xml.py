@@ -20,7 +20,7 @@ def test_a_tree_with_text_attributes_and_lines() -> None:
     assert root.find("c") is None
 
 
-def test_blanks_around_a_cdata_part_are_told_apart_and_kept() -> None:
+def test_blanks_around_a_cdata_part_are_kept() -> None:
     (item,) = parse_xml(b"<a><b>\n   <![CDATA[ x\ny]]>\n</b></a>", "f").children
     assert item.text == "\n    x\ny\n"
     assert item.text[item.begin :] == " x\ny\n"

@@ -3,7 +3,7 @@
 from achse.st.missing.uses import LONG_TEXT, MissingUse
 
 
-def test_literals_tell_least() -> None:
+def test_literals_are_weak_evidence() -> None:
     use = MissingUse("x")
     for type, known in [
         ("", ""),

@@ -94,7 +94,7 @@ def test_block_of_a_symbol_file_has_its_bases_and_parts(tmp_path: Path, uses: st
     _run(tmp_path, f"PROGRAM P {uses} END_PROGRAM {OWN}")
 
 
-def test_override_of_a_stand_in_is_reached_by_its_interface(tmp_path: Path) -> None:
+def test_override_of_a_stub_is_reached_by_its_interface(tmp_path: Path) -> None:
     uses = "VAR a : FB_Own; i : I_Lamp; n, m : DINT; END_VAR i := a; n := i.Blink(5); m := a.Ask();"
     assert _run(tmp_path, f"PROGRAM P {uses} END_PROGRAM {OWN}").instance("P")["n"] == 105
 

@@ -169,7 +169,7 @@ def test_of_several_modules_the_one_of_the_plc_counts(tmc: bytes) -> None:
     assert read_tmc(text.encode(), "plant.tmc").name == "Plant"
 
 
-def test_an_array_nobody_believes_is_its_bytes(tmc: bytes) -> None:
+def test_implausible_array_is_its_bytes(tmc: bytes) -> None:
     text = tmc.decode().replace("<Elements>2<", "<Elements>99999999999<")
     grid = read_tmc(text.encode(), "f.tmc").types[5]
     assert isinstance(grid, StructType)

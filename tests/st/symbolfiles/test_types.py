@@ -52,7 +52,7 @@ def test_names(base: str, bits: int, around: str, name: str) -> None:
     assert _symbol(FileTypes([]), base, bits, around).name == name
 
 
-def test_a_type_nobody_explains_is_its_bytes() -> None:
+def test_unknown_type_is_its_bytes() -> None:
     type = _symbol(FileTypes([]), '<BaseType Namespace="Lib">T_X</BaseType>', 24)
     assert (type.name, type.size, type.decode(b"abc")) == ("Lib.T_X", 3, b"abc")
 

@@ -35,7 +35,7 @@ def test_what_is_expected_has_a_place_and_says_what_came() -> None:
     assert tokens.position == 0
 
 
-def test_a_long_token_is_told_by_its_beginning() -> None:
+def test_long_token_is_reported_by_its_beginning() -> None:
     assert cursor("x" * 100).unexpected("1").message == f"expected 1, got '{'x' * 40}'"
 
 

@@ -126,7 +126,7 @@ def test_faults_say_where_and_what(text: str, line: int, column: int, message: s
     assert (*first.location[1:], first.message) == (line, column, message)
 
 
-def test_all_faults_of_a_file_are_told() -> None:
+def test_all_faults_of_a_file_are_reported() -> None:
     text = "\n".join(f"PROGRAM P{n}\nVAR a INT; END_VAR\nx := ;\nEND_PROGRAM" for n in range(5))
     parsed = parse(text)
     assert [fault.location.line for fault in parsed.faults] == [
@@ -138,7 +138,7 @@ def test_all_faults_of_a_file_are_told() -> None:
     assert len(caught.value.faults) == 10
 
 
-def test_no_more_faults_are_told_than_help() -> None:
+def test_number_of_reported_faults_is_limited() -> None:
     assert len(parse("a;\n" * 5000 + "PROGRAM P x:=; END_PROGRAM " * 5000).faults) == MOST_FAULTS
 
 

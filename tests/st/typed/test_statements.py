@@ -26,7 +26,7 @@ def test_a_counted_loop_has_its_test_and_its_step_as_values() -> None:
     ]
 
 
-def test_a_step_of_life_says_how_many_records_it_is_for() -> None:
+def test_lifecycle_step_has_its_number_of_records() -> None:
     axis: StructType[Any] = StructType("ST_Axis", [Variable(INT, name="nNumber")])
     storage = Storage(InstanceBase(), 8, axis, name="aAxes")
     value = Do(Stored(COUNTER, Known(1, INT), INT))

@@ -17,7 +17,7 @@ def run() -> MutationRun:
     return run_mutants(CLAMP, libraries=[CLAMP.parents[1] / "unit_tests" / "tcunit_stub"])
 
 
-def test_a_text_names_what_nobody_noticed(run: MutationRun) -> None:
+def test_text_names_undetected_mutants(run: MutationRun) -> None:
     lines = summary_of(run).splitlines()
     assert lines[0].endswith("clamp.st:6: survived: F_Clamp: > becomes >=")
     assert lines[1:3] == ["    - IF nValue > nMost THEN", "    + IF nValue >= nMost THEN"]
