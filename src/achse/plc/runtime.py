@@ -324,7 +324,7 @@ class PlcRuntime:
         then. Tasks and their cycles stay. What
         keeps its name and type keeps its value, member by member where a structure changed, and
         Python attributes stay too; everything else starts as declared, and so do pointers and
-        references declared with an address, as what they lead to may have moved. The process
+        references declared with an address, as their targets may have moved. The process
         image and the state of the PLC stay.
 
         With `bodies`, programs do what these say from the next cycle on. Where only they changed,

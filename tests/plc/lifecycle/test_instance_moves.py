@@ -1,4 +1,4 @@
-"""Lives: an online change ends and begins only what it moves, and tells those that ask."""
+"""An online change ends and creates only instances that it moves, and notifies the others."""
 
 import pytest
 

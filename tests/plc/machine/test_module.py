@@ -15,7 +15,7 @@ def test_notes_come_back_from_the_cache() -> None:
     notes = ModuleNotes(sites, {"main": 0}, [("a", "b")], [(1, 2)], ["start"], {"f": "why"})
     again = ModuleNotes.unpacked(notes.packed())
     assert again.sites[1] == (3, 5, FaultKind.ACCESS)
-    assert (again.doors_in, again.doors_out) == ({"main": 0}, [("a", "b")])
+    assert (again.entries, again.callbacks) == ({"main": 0}, [("a", "b")])
     assert (again.outside, again.texts, again.plain) == ([(1, 2)], ["start"], {"f": "why"})
 
 

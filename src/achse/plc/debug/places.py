@@ -144,7 +144,7 @@ class DebugNames:
         return [unit.name for unit in self._plc.units if unit.name.lower() in set(self._lists)]
 
     def children(self, spot: DebugSpot, start: int = 0, count: int = 1000) -> Iterator[DebugSpot]:
-        """Members, elements, or what a pointer leads to."""
+        """Members, elements, or the target of a pointer."""
         real = resolved(spot.type)
         if isinstance(real, StructType):
             for member in real.members[start : start + count]:

@@ -330,7 +330,7 @@ class Effects:
 
 @node
 class LoweredBranch:
-    """A condition, and what it leads to."""
+    """A condition and its statements."""
 
     condition: LoweredValue
     body: "LoweredStatements"
@@ -348,7 +348,7 @@ class Branches:
 
 @node
 class LoweredCase:
-    """Ranges of numbers, and what they lead to."""
+    """Ranges of numbers and their statements."""
 
     labels: tuple[tuple[int, int], ...]
     body: "LoweredStatements"

@@ -376,7 +376,7 @@ class StatementLowering(ValueLowering):
 
 @dataclass(slots=True)
 class _LoopExits:
-    """Ways out of the passes of a loop."""
+    """Exits of the passes of a loop."""
 
     exits: Tally = field(default_factory=Tally)
     continues: Tally = field(default_factory=Tally)

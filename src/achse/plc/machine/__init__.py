@@ -5,7 +5,7 @@ It works on the bytes that are the symbols, and leaves the same bytes as the pla
 `MachineProgram` is that module in the memory of a PLC; `machine_program` does both, with a cache.
 
 What stays plain: routines that Python does, and those with something in them that is not
-translated (`NotTranslatedError` says what). Both kinds call each other through doors.
+translated (`NotTranslatedError` says what). Both kinds call each other by entries and callbacks.
 
 A routine is a function of its instance and its parameters (`signatures`). It knows where each area
 is (`storages`); an address of the PLC is looked up in the table of areas before it is used, so

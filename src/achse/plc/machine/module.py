@@ -1,4 +1,4 @@
-"""A project as one module of machine code: its routines, what dispatches calls, doors to Python."""
+"""A project as one module of machine code: its routines, call dispatch, entries and callbacks."""
 
 import marshal
 from collections.abc import Collection, Mapping
@@ -9,7 +9,7 @@ from achse.plc.lowering.placement import MissingPlaceError, Placement
 from achse.plc.lowering.project import LoweredProject
 from achse.plc.machine.fault_places import FaultPlaces
 from achse.plc.machine.outside import nodes_outside
-from achse.plc.machine.routines import door_in, door_out, translate_routine
+from achse.plc.machine.routines import translate_routine, write_callback, write_entry
 from achse.plc.machine.signatures import RoutineSignature, signature_of
 from achse.plc.machine.support import AREA_ROW, COUNT_WORDS, ENTRIES, Support
 from achse.plc.machine.values import NotTranslatedError
@@ -25,9 +25,9 @@ class ModuleNotes:
     """Data of a module for the runtime, beside its code."""
 
     sites: FaultPlaces
-    doors_in: dict[str, int] = field(default_factory=dict)
+    entries: dict[str, int] = field(default_factory=dict)
     """Translated routines and their places in the table of entries."""
-    doors_out: list[tuple[str, str]] = field(default_factory=list)
+    callbacks: list[tuple[str, str]] = field(default_factory=list)
     """Routines that Python runs: key of the routine whose signature it is, and of the one that
     runs."""
     outside: list[tuple[int, int]] = field(default_factory=list)
@@ -38,7 +38,7 @@ class ModuleNotes:
 
     def packed(self) -> bytes:
         """All of it, for the cache."""
-        rows = (self.doors_in, self.doors_out, self.outside, self.texts, self.plain)
+        rows = (self.entries, self.callbacks, self.outside, self.texts, self.plain)
         return marshal.dumps((self.sites.content, *rows))
 
     @classmethod
@@ -102,14 +102,14 @@ class ProjectTranslator:
                 builder = self.module.write(self.function(key))
                 why = self._translate(routine, builder)
                 if why:
-                    self._write_door_out(key, builder)
+                    self._write_callback(key, builder)
                 done.add(key)
             if why:
                 self.notes.plain[key] = why
         for key in list(self._functions):
             if key not in done:
-                self._write_door_out(key, self.module.write(self._functions[key]))
-        self._doors_in()
+                self._write_callback(key, self.module.write(self._functions[key]))
+        self._write_entries()
         self.module.notes = self.notes.packed()
         return self.module
 
@@ -130,24 +130,24 @@ class ProjectTranslator:
             return "it is nested too deep"
         return ""
 
-    def _write_door_out(self, key: str, builder: FunctionBuilder) -> None:
+    def _write_callback(self, key: str, builder: FunctionBuilder) -> None:
         builder.clear()
         signature = self._signatures[key]
-        self.notes.doors_out.append((key, key))
-        door_out(self, signature, builder, len(self.notes.doors_out) - 1)
+        self.notes.callbacks.append((key, key))
+        write_callback(self, signature, builder, len(self.notes.callbacks) - 1)
 
-    def _doors_in(self) -> None:
+    def _write_entries(self) -> None:
         """Write the table of entries: the functions that Python can call."""
         entries: list[CallTarget] = []
         for key, target in self._functions.items():
             if key in self.notes.plain or key not in self.project.routines:
                 continue
             signature = self._signatures[key]
-            self.notes.doors_in[key] = len(entries)
+            self.notes.entries[key] = len(entries)
             if signature.is_simple:
                 entries.append(target)
             else:
-                entries.append(door_in(self, signature, target, f"in.{key}"))
+                entries.append(write_entry(self, signature, target, f"in.{key}"))
         self.module.table(ENTRIES, entries)
 
     # requests of routine translators ---------------------------------------------------------
@@ -187,12 +187,12 @@ class ProjectTranslator:
     def _adapter(self, declared: Routine, key: str) -> CallTarget:
         """A method with other parameters than the one it stands for: Python sorts that out."""
         signature = signature_of(declared, dispatched=True)
-        number = len(self.notes.doors_out)
-        self.notes.doors_out.append((declared.key, key))
+        number = len(self.notes.callbacks)
+        self.notes.callbacks.append((declared.key, key))
         target = self.module.declare(
             f"as.{number}", signature.parameters, signature.results, faults=True
         )
-        door_out(self, signature, self.module.write(target), number)
+        write_callback(self, signature, self.module.write(target), number)
         return target
 
     def text_number(self, text: str) -> int:

@@ -1,4 +1,4 @@
-"""A project as machine code in the memory of a PLC, with doors to the Python beside it."""
+"""A project as machine code in the memory of a PLC, with its entries and callbacks."""
 
 import ctypes
 import gc
@@ -83,13 +83,13 @@ _PROGRAMS = _LoadedPrograms()
 
 
 class MachineProgram:
-    """Machine code of a project, loaded: `function` gives a routine as plain code has it."""
+    """Machine code of a project, loaded: `function` returns a routine as plain code has it."""
 
     def __init__(self, content: bytes, host: MachineHost, counters: int = 0) -> None:
         self._host = host
         self._routines = list(host.project.routines.values())
         self._exceptions: list[BaseException] = []
-        self._doors: dict[int, Callable[[int], None]] = {}
+        self._callbacks: dict[int, Callable[[int], None]] = {}
         self._makers: dict[int, Callable[[int, bytes], bytes]] = {}
         self._readers: dict[int, Callable[[bytes], int]] = {}
         _PROGRAMS.count(self)
@@ -119,7 +119,7 @@ class MachineProgram:
         self.counts = code.words(COUNT_WORDS) if counters else None
         """A view of the counters of statements and branches."""
         self._areas = code.words(AREA_WORDS)
-        self._entries = code.table(ENTRIES, len(self.notes.doors_in))
+        self._entries = code.table(ENTRIES, len(self.notes.entries))
         self._call = code.plain_function("call")
         self._call_with = code.plain_function("call_with")
         self._fault = code.fault_words
@@ -158,12 +158,12 @@ class MachineProgram:
     @property
     def keys(self) -> Mapping[str, int]:
         """Routines that are machine code."""
-        return self.notes.doors_in
+        return self.notes.entries
 
     def function(self, key: str) -> Callable[..., Any]:
         """A routine, called as the plain function of it."""
         routine = self._host.project.routines[key]
-        entry = self._entries[self.notes.doors_in[key]]
+        entry = self._entries[self.notes.entries[key]]
         signature = signature_of(routine)
         if not signature.is_simple:
             return self._with_block(entry, signature)
@@ -247,19 +247,19 @@ class MachineProgram:
     # machine code calls Python ---------------------------------------------------------------
 
     def _plain(self, number: int, address: int) -> None:
-        door = self._doors.get(number)
-        if door is None:
-            door = self._doors[number] = self._door(number)
-        door(address)
+        callback = self._callbacks.get(number)
+        if callback is None:
+            callback = self._callbacks[number] = self._callback(number)
+        callback(address)
 
-    def _door(self, number: int) -> Callable[[int], None]:
-        like, key = self.notes.doors_out[number]
+    def _callback(self, number: int) -> Callable[[int], None]:
+        like, key = self.notes.callbacks[number]
         routine = self._host.project.routines[like]
         signature = signature_of(routine, dispatched=like != key)
         function = self._host.plain(key)
         words = len(signature.parameters) + 1
 
-        def door(address: int) -> None:
+        def callback(address: int) -> None:
             block = (ctypes.c_int64 * words).from_address(address)
             place = 0
             values: list[Any] = []
@@ -290,7 +290,7 @@ class MachineProgram:
             for part, value in zip(signature.outputs, outputs, strict=True):
                 place = _give(block, place, part, value)
 
-        return door
+        return callback
 
     def _caught(self) -> int:
         """Return the code of the exception that `__TRY` caught; raise one that it may not catch."""

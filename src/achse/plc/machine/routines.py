@@ -1,4 +1,4 @@
-"""Routines in machine code: head, frame, body; and the doors between them and Python."""
+"""Routines in machine code: head, frame, body; entries and callbacks between them and Python."""
 
 from typing import TYPE_CHECKING, Any
 
@@ -188,7 +188,7 @@ def _from_word(b: FunctionBuilder, word: Operand, type: MachineType) -> Operand:
     return b.convert(word, type)
 
 
-def door_in(
+def write_entry(
     module: "ProjectTranslator", signature: RoutineSignature, target: CallTarget, name: str
 ) -> CallTarget:
     """A function of a block, for Python: the words of all parameters; after them, the result."""
@@ -205,7 +205,7 @@ def door_in(
     return b.function
 
 
-def door_out(
+def write_callback(
     module: "ProjectTranslator", signature: RoutineSignature, builder: FunctionBuilder, number: int
 ) -> None:
     """A function of machine code that Python does: `number` says which."""

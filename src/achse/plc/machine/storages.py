@@ -36,7 +36,7 @@ _HALF_WORD = 32
 
 @dataclass(slots=True)
 class OwnBytes:
-    """A variable of the frame that no address leads to: a text or record on the stack."""
+    """A variable of the frame without an address: a text or record on the stack."""
 
     room: Operand
     size: int
@@ -226,7 +226,7 @@ class MachineStorages:
     # writing ---------------------------------------------------------------------------------
 
     def store(self, store: StoreValue) -> MachineValue:
-        """Compute a value and put it into a place; gives it back."""
+        """Compute a value and put it into a place; returns it."""
         of, place = self._of, store.place
         if store.value_first or place.home is Home.LOCAL:
             value = of.value(store.value)
@@ -235,7 +235,7 @@ class MachineStorages:
         return self._put(aim, place, of.value(store.value))
 
     def put(self, place: ResolvedPlace, value: MachineValue) -> MachineValue:
-        """Put a value into a place; gives it back."""
+        """Put a value into a place; returns it."""
         if place.home is not Home.LOCAL:
             return self._put(self._aim(place), place, value)
         local = self._local(place)

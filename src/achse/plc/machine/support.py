@@ -93,7 +93,7 @@ class Support:
         self.find = self._find()
         self._lengths = {1: self._length(1), 2: self._length(2)}
         self._compares = {1: self._compare(), 2: self._compare_wide()}
-        self._doors()
+        self._write_entries()
 
     def length(self, unit: int) -> CallTarget:
         """Bytes of a text before its NUL, at most so many."""
@@ -103,7 +103,7 @@ class Support:
         """I32: below 0, 0 or above 0, of two texts."""
         return self._compares[unit]
 
-    def _doors(self) -> None:
+    def _write_entries(self) -> None:
         """Write the functions that Python calls: a function of the table of entries, with one
         argument or none."""
         for name, target in INTERFACE.functions.items():

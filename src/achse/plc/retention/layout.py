@@ -22,7 +22,7 @@ class Pointer(NamedTuple):
 
     @property
     def is_to_values(self) -> bool:
-        """True if the pointer leads to numbers of several bytes. Others may lead to records."""
+        """True if the pointer points to numbers of several bytes. Others may point to records."""
         if isinstance(self.type, InterfaceType):
             return False
         target = resolved(self.type.target)

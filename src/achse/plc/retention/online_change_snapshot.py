@@ -1,6 +1,6 @@
 """Snapshot of a PLC before an online change: variables, and Python attributes of their records.
 
-Pointers, references and interfaces whose values are kept lead to the same variables as before, at
+Pointers, references and interfaces whose values are kept point to the same variables as before, at
 their new places; they are 0 if the variable is gone. (The vendor does so for references and
 interfaces only.)
 """
@@ -150,7 +150,7 @@ class Carried:
         self.follow(names)
 
     def follow(self, names: Iterable[str]) -> None:
-        """Let the pointers in what was copied lead to where their targets are now."""
+        """Let the pointers in copied memory point to the new places of their targets."""
         moves = [*self.renewed, *(move for of_one in self.moves.values() for move in of_one)]
         inside = [move for name in names for move in self.moves.get(name, ())]
         was = self.snapshot.variables.values()
@@ -254,7 +254,7 @@ def _follow(
     inside: Sequence[_Move],
     ranges: Sequence[tuple[int, int]],
 ) -> None:
-    """Let the pointers inside some of what was copied lead to where their targets are now.
+    """Let the pointers in some of the copied memory point to the new places of their targets.
 
     `ranges` are addresses and sizes of the variables before: a pointer to what was in one of them
     and is not any more becomes 0, as other variables may be there now.

@@ -213,7 +213,7 @@ def _merged(spans: Iterable[tuple[int, int]]) -> list[tuple[int, int]]:
 
 
 def _targets(plc: "PlcRuntime") -> list[_Target]:
-    """Return what pointers may lead to, by address."""
+    """Return the possible targets of pointers, by address."""
     memory = plc.memory
     targets = [
         _Target(memory.address(area, 0), len(memory[area]), area.value, "") for area in IMAGES

@@ -109,7 +109,7 @@ class Assignments:
                 tree.at, f"{tree.operator} takes a variable, got a property", Code.NOT_ASSIGNABLE
             )
         if not body.calls.has_set(use):
-            # A property of a REFERENCE is read, and what it leads to is written.
+            # A property of a REFERENCE is read, and its target is written.
             target = body.calls.read_property(use)
             if target.storage is None or not isinstance(target.storage.base, PointerBase):
                 raise Unexpected(
@@ -202,7 +202,7 @@ class Assignments:
         return self._old_of(storage, operand, new, at)
 
     def added(self, pointer: Expression, summand: Expression, at: int) -> TypedOperand:
-        """`__XADD`: adds to what a pointer leads to; its old value is the result."""
+        """`__XADD`: adds to the target of a pointer; its old value is the result."""
         body = self._body
         operand, storage = self._pointed("__XADD", pointer, at)
         target = operand.flat
@@ -216,7 +216,7 @@ class Assignments:
     def swapped(
         self, pointer: Expression, old: Expression, new: Expression, at: int
     ) -> TypedOperand:
-        """`__COMPARE_AND_SWAP`: whether what a pointer leads to was `old`; then it is `new`."""
+        """`__COMPARE_AND_SWAP`: whether the target of a pointer was `old`; then it is `new`."""
         body = self._body
         operand, storage = self._pointed("__COMPARE_AND_SWAP", pointer, at)
         type = operand.flat
@@ -232,7 +232,7 @@ class Assignments:
         return TypedOperand(Computed(Operator.NE, (exchange, Known(0, type, at)), BOOL, at), BOOL)
 
     def _pointed(self, name: str, pointer: Expression, at: int) -> tuple[TypedOperand, Storage]:
-        """The whole number that a pointer leads to."""
+        """The whole number that a pointer points to."""
         place = self._body.expressions.operand(pointer)
         type = place.flat
         if not isinstance(type, PointerType) or not isinstance(flat(type.target), IntegerType):

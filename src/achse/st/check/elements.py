@@ -1,4 +1,4 @@
-"""Elements: what an index leads to, of arrays, pointers and texts."""
+"""Elements at an index, of arrays, pointers and texts."""
 
 from typing import TYPE_CHECKING, Any
 

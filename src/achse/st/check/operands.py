@@ -32,7 +32,7 @@ class TypedOperand:
     text: str | None = None
     """Of a text constant, as it can be coded again."""
     reference: Storage | None = None
-    """The REFERENCE (or VAR_IN_OUT) variable itself, if the storage is what that leads to."""
+    """The REFERENCE (or VAR_IN_OUT) variable itself, if the storage is its target."""
     bounds: tuple[TypedValue, ...] = ()
     """Of an ARRAY [*]: lower and upper bound of each dimension; the storage is of an element."""
     outside: str = ""
@@ -95,7 +95,7 @@ def followed_value(value: TypedValue, type: PointerType, at: int) -> TypedOperan
 
 
 def address_of(storage: Storage, type: IecType[Any], at: int) -> TypedValue:
-    """The address of a storage; of what a pointer leads to, the pointer's value."""
+    """The address of a storage; of the target of a pointer, the pointer's value."""
     if isinstance(storage.base, PointerBase) and not storage.offset and not storage.steps:
         return storage.base.address
     pointer = PointerType(storage.type, type.size) if not isinstance(type, PointerType) else type

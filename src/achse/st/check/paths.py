@@ -1,4 +1,4 @@
-"""Paths: members, bits, and what pointers lead to."""
+"""Paths: members, bits, and targets of pointers."""
 
 from typing import TYPE_CHECKING, Any
 

@@ -47,7 +47,7 @@ class DeclaredParameter:
     section: str
     """VAR_INPUT, VAR_OUTPUT or VAR_IN_OUT."""
     type: IecType[Any]
-    """As declared; of a VAR_IN_OUT that of what it leads to."""
+    """As declared; of a VAR_IN_OUT that of its target."""
     is_constant: bool = False
     """VAR_IN_OUT CONSTANT, which takes values, too."""
     bounds: tuple[Variable[Any, Any], ...] = ()

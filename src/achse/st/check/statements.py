@@ -157,7 +157,7 @@ class StatementChecker:
             return statements[0]
         value = self._body.calls.call(tree).value
         if isinstance(value, Read) and isinstance(value.storage.base, PointerBase):
-            # What a returned REFERENCE leads to is not read: the call is all there is to do.
+            # The target of a returned REFERENCE is not read: the call is all there is to do.
             value = value.storage.base.address
         return Do(value, tree.of.at)
 

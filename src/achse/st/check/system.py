@@ -259,7 +259,7 @@ class SystemOperators:
         return self._body.assignments.exchanged(trees[0], None, at)
 
     def _added(self, trees: list[Expression], at: int) -> TypedOperand:
-        """`__XADD(pointer, summand)`: the old value of what the pointer leads to."""
+        """`__XADD(pointer, summand)`: the old value of the target of a pointer."""
         self._take("__XADD", trees, 2, at)
         return self._body.assignments.added(trees[0], trees[1], at)
 

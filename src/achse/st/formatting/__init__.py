@@ -1,2 +1,2 @@
 """The formatter: indentation and trailing blanks of Structured Text, and nothing else unless
-options ask for it."""
+options require it."""

@@ -81,7 +81,7 @@ class _Unbalanced(Exception):
 
 
 def formatted(text: str, options: FormatOptions | None = None) -> str:
-    """Return a text with the layout that its words and the options ask for.
+    """Return a text with the layout that its words and the options require.
 
     Its words stay as they are, but for the case of keywords if the options change it.
     """
@@ -337,7 +337,7 @@ def _label_end(line: _Line) -> int:
 
 
 def _spelled(line: _Line, options: FormatOptions) -> str:
-    """Return the words of a line as the options ask for."""
+    """Return the words of a line as the options require."""
     if options.keywords == "keep" and not options.operators:
         return "".join(word for _, word in line.words)
     words: list[str] = []

@@ -23,7 +23,7 @@ knows its address, and its bit (`AT %IX0.3`). `StaticBase` is a VAR_STAT variabl
 `InstanceBase` is the function block instance that the routine runs on (`THIS^`). `FrameBase` is
 the frame of the running call: result, parameters, locals, VAR_TEMP and hidden temporaries. Its
 layout and first values are `Routine.frame` (a StructType: `default` is the image to start from).
-`PointerBase` is what an address leads to: `p^`, a REFERENCE, a VAR_IN_OUT. `CalleeBase` is only
+`PointerBase` is the target of an address: `p^`, a REFERENCE, a VAR_IN_OUT. `CalleeBase` is only
 in the arguments of a call: the frame of a function or method, the instance of a block.
 `TemporaryBase` is a value that is put into a hidden variable of the frame, to have an address.
 

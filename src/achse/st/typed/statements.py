@@ -19,7 +19,7 @@ class Do:
 
 @node
 class TypedBranch:
-    """A condition (BOOL) and what it leads to."""
+    """A condition (BOOL) and its statements."""
 
     condition: TypedValue
     body: "TypedStatements"
