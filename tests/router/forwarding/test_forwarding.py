@@ -545,3 +545,33 @@ def test_kill_of_any_part_at_any_moment_leaves_nothing_after_a_minute(
     chain.tick()
     assert chain.target.held_by_clients == (0, 0)
     assert chain.forwarded == 0
+
+
+@given(
+    st.lists(st.tuples(st.integers(0, 2), st.integers(1, 40)), min_size=1, max_size=8),
+    st.integers(1, 30),
+)
+def test_flood_of_subscriptions_leaves_nothing_at_the_target(
+    bursts: list[tuple[int, int]], room: int
+) -> None:
+    """More requests under way than the table of pending requests has room for."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(pending, "_PENDING", room)
+        patch.setattr(shares, "WINDOW", 4)
+        chain = Chain(1)
+        clients = [chain.client() for _ in range(3)]
+        handles = [client.fetch() for client in clients]
+        [to_router] = map(line_of, chain.target.peers)
+        to_router.stall(True)
+        for who, count in bursts:
+            body = clients[who].add_request(handles[who]).encode()
+            for _ in range(count):
+                clients[who].send(Command.ADD_NOTIFICATION, body)
+            chain.loop.run(1.1)
+        for client in clients:
+            client.wire.close()
+        chain.loop.run(30.0)
+        to_router.stall(False)
+        chain.tick()
+        chain.loop.run(3.0)
+        assert chain.target.held_by_clients == (0, 0)

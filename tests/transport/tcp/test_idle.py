@@ -168,12 +168,12 @@ async def test_newcomer_is_served_where_all_connections_are_idle(
     await listener.open(port=0)
     made = [await asyncio.open_connection("127.0.0.1", listener.port) for _ in range(5)]
     first, second, *others = made
-    for reader, _ in (first, second):
-        assert await reader.read() == b"", "closed in favour of a newcomer"
     for _, writer in others:
         writer.write(bytes.fromhex("0210 00000000"))
     for reader, _ in others:
         assert (await reader.readexactly(12))[6:] == bytes.fromhex("050102030101")
+    for reader, _ in (first, second):
+        assert await reader.read() == b"", "closed in favour of a newcomer"
     assert len(listener.connections) == 3
     assert listener.refused == 0
     assert caplog.text.count("closing idle connections of 127.0.0.1 for new ones") == 1

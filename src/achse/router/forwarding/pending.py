@@ -18,6 +18,10 @@ _PENDING = 1 << 14
 """Requests that may be unanswered; beyond, the oldest is forgotten for one of a client that has a
 window of them. So a host that fills the table takes the window of no other."""
 
+_CHANGE_LOST_NS = 600_000_000_000
+"""Time after which a request that fetches or releases a resource may be forgotten: an answer that
+is only late brings a resource that nobody would release."""
+
 _CLIENT_PENDING = 1 << 12
 """Requests of one client that may be unanswered; one more is refused."""
 
@@ -110,6 +114,11 @@ class PendingExchange:
         yield from self.requests.items()
         for invoke_id, requests in self.further.items():
             yield from ((invoke_id, request) for request in requests)
+
+
+def _may_be_forgotten(request: PendingRequest, now: int) -> bool:
+    """True for a request whose late answer brings nothing that has to be released."""
+    return request.change is None or now - request.time >= _CHANGE_LOST_NS
 
 
 class PendingRequests:
@@ -244,6 +253,8 @@ class PendingRequests:
             ):
                 return ReturnCode.TARGET_MACHINE_NOT_FOUND
             if len(further) + 1 >= _PENDING:
+                if not _may_be_forgotten(first, now):
+                    return ReturnCode.ROUTER_MAILBOX_FULL
                 exchange.pop(invoke_id)
                 self.answered(first, 1, first.size)
                 self._forgot(session)
@@ -252,11 +263,21 @@ class PendingRequests:
         return None
 
     def _forget_oldest(self, now: int, circles: bool) -> bool:
-        """Forget the oldest request; False if with `circles` it is too young for that."""
+        """Forget the oldest request; False if with `circles` it is too young for that, or if an
+        answer has to come."""
         if circles and now < self._full_until:
             return False
-        busy = (each for each in self.exchanges.values() if each.requests)
-        exchange = min(busy, key=lambda each: next(iter(each.requests.values())).time)
+        exchange: PendingExchange | None = None
+        first = now + 1
+        for each in self.exchanges.values():
+            request = next(iter(each.requests.values()), None)
+            if request is None or request.time >= first:
+                continue
+            further = each.further.get(next(iter(each.requests)), _NONE)
+            if all(_may_be_forgotten(one, now) for one in (request, *further)):
+                exchange, first = each, request.time
+        if exchange is None:
+            return False
         invoke_id, oldest = next(iter(exchange.requests.items()))
         if circles and now - oldest.time < _ROUND_NS:
             self._full_until = oldest.time + _ROUND_NS
