@@ -36,7 +36,8 @@ def test_words_choose_pages(tmp_path: Path, words: tuple[str, ...], files: list[
 def test_a_word_of_no_page_is_told(tmp_path: Path) -> None:
     result = CliRunner().invoke(app, ["docs", "robot", "--out", str(tmp_path / "new")])
     assert result.exit_code == 1
-    assert "no page about robot; there are: Services of TwinCAT Router: port 1;" in result.stderr
+    assert "no page about robot; `achse explain robot` explains codes and names" in result.stderr
+    assert "; there are: Services of TwinCAT Router: port 1;" in result.stderr
     assert not (tmp_path / "new").exists()
 
 

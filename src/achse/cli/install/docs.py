@@ -76,7 +76,8 @@ def _write(words: list[str], out: Path, in_json: bool) -> None:
     wanted = [page for page in pages if not words or _is_about(page[1], words)]
     if not wanted:
         titles = "; ".join(_title(text) for _, text in pages)
-        fail(f"no page about {' or '.join(words)}; there are: {titles}")
+        advice = f"`achse explain {words[0]}` explains codes and names of libraries"
+        fail(f"no page about {' or '.join(words)}; {advice}; there are: {titles}")
     for name, text in wanted:
         page = out / name
         try:
