@@ -1,6 +1,7 @@
 """Clients with one address behind several routers: each gets its own answers and samples."""
 
 import struct
+from typing import Any
 
 import pytest
 from hypothesis import given, settings
@@ -561,6 +562,7 @@ def test_flood_of_subscriptions_leaves_nothing_at_the_target(
         chain = Chain(1)
         clients = [chain.client() for _ in range(3)]
         handles = [client.fetch() for client in clients]
+        to_router: Any
         [to_router] = map(line_of, chain.target.peers)
         to_router.stall(True)
         for who, count in bursts:
