@@ -19,12 +19,16 @@ _UNKNOWN_TIME = 0
 class ClientLoad:
     """Requests of one connection that are under way, and bytes of them and their answers."""
 
-    __slots__ = ("count", "released", "share", "size", "time", "waiting", "waiting_size")
+    __slots__ = (
+        "count", "fetching", "released", "share", "size", "time", "waiting", "waiting_size",
+    )  # fmt: skip
 
     def __init__(self, share: HostShare | None = None) -> None:
         self.share = share or HostShare()
         """Window of each connection of its host."""
         self.count = self.size = 0
+        self.fetching = 0
+        """Resources that unanswered requests may bring."""
         self.time = 0
         """Time of the last request, ns."""
         self.waiting: deque[tuple[bytes, int]] = deque()

@@ -217,11 +217,12 @@ class Forwarding:
 
     def _keeps_too_much(self, session: ForwardedClient, change: ResourceChange) -> bool:
         """True if a request fetches more than the connection of a client may keep."""
-        further = sum(each.handle is None for each in change.actions)
+        further = change.fetches
         if not further:
             return False
         known = sum(len(each.resources) for each in self._sessions.of_client(session.client))
-        return known + further > session.load.share.resources
+        load = session.load
+        return known + load.fetching + further > load.share.resources
 
     def _is_foreign(
         self, session: ForwardedClient, change: ResourceChange, action: ResourceAction

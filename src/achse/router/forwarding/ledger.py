@@ -80,6 +80,11 @@ class ResourceChange(NamedTuple):
     parts: int = 1
 
     @property
+    def fetches(self) -> int:
+        """Resources that the answer may bring."""
+        return sum(each.handle is None for each in self.actions)
+
+    @property
     def fetches_handle(self) -> bool:
         """True if the answer may bring a symbol handle."""
         kind = ResourceKind.SYMBOL_HANDLE

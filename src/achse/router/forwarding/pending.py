@@ -259,6 +259,8 @@ class PendingRequests:
                 self.answered(first, 1, first.size)
                 self._forgot(session)
             exchange.further.setdefault(invoke_id, deque()).append(request)
+        if request.change is not None:
+            session.load.fetching += request.change.fetches
         self.sent(session, 1, request.size, now)
         return None
 
@@ -313,6 +315,8 @@ class PendingRequests:
     def answered(self, request: PendingRequest, count: int, size: int) -> None:
         """So many requests like `request` are under way no longer."""
         load = request.session.load
+        if request.change is not None:
+            load.fetching -= request.change.fetches
         if load.count > count:
             size = min(size, load.size)
             load.count -= count
