@@ -31,7 +31,7 @@ class RoutinePlan(NamedTuple):
     """Routines after an edit of declarations."""
 
     again: list[Signature]
-    """To check again, in units that are not declared again."""
+    """Routines to check again, in units that are not declared again."""
     kept: list[Signature]
     """Routines with the same findings, in units that are declared again."""
 
