@@ -7,13 +7,17 @@ edit leaves them if it changes no use of what they reach, and if nothing else be
 
 import re
 from collections import Counter
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Container, Iterable, Iterator
+from typing import Any
 
 from achse.st.check.warm import WarmChecking
+from achse.st.declared.scopes import with_bases
 from achse.st.lexis.codes import Code
+from achse.st.lexis.source import Diagnostic
 from achse.st.missing.libraries import OF_DEVICES, name_pattern
 from achse.st.project import ProjectFiles
 from achse.st.syntax.parser import Parsed
+from achse.st.syntax.tree import Argument, Member
 from achse.st.syntax.units import GlobalList
 from achse.st.workspace.changed import changed_names
 from achse.st.workspace.touched import Touched, WordIndex
@@ -45,6 +49,12 @@ class ProjectStubs:
         self.sources = sources
         """The stubs, which count as sources of libraries."""
         self._patterns = [name_pattern(one) for one in (*files.found.here, OF_DEVICES)]
+        self._spaces = {
+            space.lower()
+            for folders in files.found.own.values()
+            for spaces in folders.values()
+            for space in spaces
+        }
         self._is_missing = bool(files.found.missing)
         self._checking = checking
         self._has_shells = checking.names.predefined.has_shells
@@ -85,15 +95,32 @@ class ProjectStubs:
             return True
         if self._is_missing or self._has_shells or self.sources:
             return False
-        paths = {path for path, _, _ in unknown - self._unknown}
-        places = [one.source for one in (*files.sources, *files.libraries)]
-        texts = [one.text for one in places if one.path in paths or "" in paths]
-        words = {word for text in texts for word in _WORD.findall(text)}
         return not any(
-            pattern.fullmatch(word) and names.scopes.find(word) is None
-            for word in words
-            for pattern in self._patterns
+            names.scopes.find(word) is None and any(one.fullmatch(word) for one in self._patterns)
+            for word in self._words_beside(unknown - self._unknown, files)
         )
+
+    def _words_beside(self, unknown: _Unknown, files: ProjectFiles) -> Iterator[str]:
+        """The words of code with these faults, which may have other names that mean nothing: of a
+        body those that are no variables of its own; of declarations those of the file."""
+        checking = self._checking
+        for key, node in checking.nodes.items():
+            if not any(_key_of(one) in unknown for one in node.faults):
+                continue
+            routine = checking.routines.known(key)
+            if routine is None:
+                paths = {one.location.path for one in node.faults}
+                yield from _words_of(files, paths)
+                continue
+            own = {name for scope in with_bases(routine.scope) for name in scope.variables}
+            text = routine.source.text.lower()
+            for word in _names_in((routine.tree.body, getattr(routine.tree, "blocks", ()))):
+                if word in self._spaces or checking.names.scopes.library_named(word):
+                    yield from re.findall(rf"\b{re.escape(word)}\s*\.\s*(\w+)", text)
+                elif word not in own:
+                    yield word
+        declared = [one for one in checking.names.scopes.faults if _key_of(one) in unknown]
+        yield from _words_of(files, {one.location.path for one in declared})
 
     def _reached_words(self, sources: Iterable[Parsed], index: WordIndex) -> frozenset[str]:
         """The names by which code reaches a stub, or what has its type."""
@@ -120,5 +147,31 @@ def _unknown_in(checking: WarmChecking) -> _Unknown:
     for faults in (checking.names.scopes.faults, *(node.faults for node in nodes)):
         for one in faults:
             if one.code in _UNKNOWN:
-                found[one.location.path, one.message, one.code] += 1
+                found[_key_of(one)] += 1
     return found
+
+
+def _names_in(tree: Any) -> Iterator[str]:
+    """The names in some code that stand for something by themselves, in lower case: no members and
+    no parameters."""
+    waiting: list[Any] = [tree]
+    while waiting:
+        tree = waiting.pop()
+        if isinstance(tree, str):
+            yield from _WORD.findall(tree.lower())
+        elif isinstance(tree, tuple):
+            waiting += tree
+        elif hasattr(tree, "__match_args__"):
+            is_named = not isinstance(tree, Member | Argument)
+            names = (name for name in tree.__match_args__ if is_named or name != "name")
+            waiting += [getattr(tree, name) for name in names]
+
+
+def _key_of(fault: Diagnostic) -> tuple[str, str, Code | None]:
+    return fault.location.path, fault.message, fault.code
+
+
+def _words_of(files: ProjectFiles, paths: Container[str]) -> Iterator[str]:
+    for one in (*files.sources, *files.libraries):
+        if one.source.path in paths:
+            yield from set(_WORD.findall(one.source.text.lower()))
