@@ -13,7 +13,7 @@ from achse.iec.structs import StaticRecord
 from achse.st.check.warm import Inspection, WarmChecking
 from achse.st.declare import (
     Declarations,
-    DeclaringRoutine,
+    RoutineTree,
     declare_again,
     faults_of,
     has_good_locals,
@@ -189,7 +189,7 @@ class CheckedProject:
             if id(signature.tree) in declaring:
                 declaring.discard(id(signature.tree))
                 self._words.forget(signature.entry)
-                assert isinstance(signature.tree, DeclaringRoutine)
+                assert isinstance(signature.tree, RoutineTree)
                 if not has_good_locals(checking.names, signature.entry, signature.tree):
                     return False
         if declaring:  # routines that cannot be called
@@ -349,7 +349,7 @@ class CheckedProject:
             return
         reach = Reach(
             checking.names,
-            (*self.sources, *files.found.sources),
+            (*self.sources, *files.gathered.sources),
             files.programs(),
             self._mentions,
         )

@@ -37,7 +37,7 @@ _Unknown = Counter[tuple[str, str, Code | None]]
 def may_need_stubs(files: ProjectFiles, checking: WarmChecking) -> bool:
     """Return True if a project, checked without stubs, may get some."""
     predefined = checking.names.predefined
-    return bool(files.found.missing) or predefined.has_shells or bool(_unknown_in(checking))
+    return bool(files.gathered.missing) or predefined.has_shells or bool(_unknown_in(checking))
 
 
 class ProjectStubs:
@@ -48,14 +48,14 @@ class ProjectStubs:
     ) -> None:
         self.sources = sources
         """The stubs, which count as sources of libraries."""
-        self._patterns = [name_pattern(one) for one in (*files.found.here, OF_DEVICES)]
+        self._patterns = [name_pattern(one) for one in (*files.gathered.here, OF_DEVICES)]
         self._spaces = {
             space.lower()
-            for folders in files.found.own.values()
+            for folders in files.gathered.own.values()
             for spaces in folders.values()
             for space in spaces
         }
-        self._is_missing = bool(files.found.missing)
+        self._is_missing = bool(files.gathered.missing)
         self._checking = checking
         self._has_shells = checking.names.predefined.has_shells
         self._unknown = _unknown_in(self._checking)
