@@ -80,11 +80,11 @@ def put_plain(type: IecType[Any], value: Any, data: bytearray, offset: int = 0) 
     """Put a value of JSON into bytes. What it lacks, or what does not fit, stays as it is."""
     plain = resolved(type)
     if isinstance(plain, StructType):
-        given = {key.lower(): each for key, each in value.items()} if _is_object(value) else {}
+        values = {key.lower(): each for key, each in value.items()} if _is_object(value) else {}
         for member in members(plain):
-            if member.name.lower() not in given:
+            if member.name.lower() not in values:
                 continue
-            each, place = given[member.name.lower()], offset + member.offset
+            each, place = values[member.name.lower()], offset + member.offset
             if member.bit is None:
                 put_plain(member.type, each, data, place)
             elif isinstance(each, bool):
@@ -136,15 +136,15 @@ def shown_attributes(type: IecType[Any], names: Sequence[str]) -> dict[str, Any]
     """Return the attributes of the members that have any of these, by the name of the member."""
     plain = resolved(type)
     wanted = {name.strip().lower() for name in names}
-    found: dict[str, Any] = {}
+    attributes: dict[str, Any] = {}
     for member in members(plain) if isinstance(plain, StructType) else ():
         own: dict[str, Any] = {
             name: value for name, value in member.attributes.items() if name.lower() in wanted
         }
         own |= shown_attributes(member.type, names)
         if own:
-            found[member.name] = own
-    return found
+            attributes[member.name] = own
+    return attributes
 
 
 # what programs call ---------------------------------------------------------------------------
@@ -158,11 +158,11 @@ def _type(plc: BuiltinContext, name: int, size: int, address: int) -> IecType[An
     """Return the type of that name, of no name that of the variable there, if it has the size."""
     text = text_at(plc, name)
     if text:
-        found = plc.type_named(text)
+        type = plc.type_named(text)
     else:
         symbol = plc.symbol_at(address, size)
-        found = None if symbol is None else symbol.type
-    return found if found is not None and found.size == size else None
+        type = None if symbol is None else symbol.type
+    return type if type is not None and type.size == size else None
 
 
 def _stored(plc: BuiltinContext, text: str, target: int, room: int) -> int:

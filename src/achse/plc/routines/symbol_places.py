@@ -42,14 +42,14 @@ class SymbolPlaces:
         try:
             root, rest = split_symbol(name.removeprefix("."), self._variables)
             placed = self._variables[root]
-            found = follow(placed.variable.type, parse_path(rest) if rest else ())
+            target = follow(placed.variable.type, parse_path(rest) if rest else ())
         except (IecPathError, IecIndexError, KeyError):
             return None
-        if found.hops or any(
-            part is not None for part in (found.bit, found.method, found.property)
+        if target.hops or any(
+            part is not None for part in (target.bit, target.method, target.property)
         ):
             return None
-        return SymbolPlace(placed.name + rest, self._address(placed) + found.offset, found.type)
+        return SymbolPlace(placed.name + rest, self._address(placed) + target.offset, target.type)
 
     def at(self, address: int, size: int) -> SymbolPlace | None:
         """Return the outermost variable or part of one with that address and size."""
@@ -57,9 +57,9 @@ class SymbolPlaces:
             offset = address - self._address(placed)
             type = placed.variable.type
             if offset >= 0 and offset + size <= type.size:
-                found = _part(type, offset, size)
-                if found is not None:
-                    return SymbolPlace(placed.name + found[0], address, found[1])
+                part = _part(type, offset, size)
+                if part is not None:
+                    return SymbolPlace(placed.name + part[0], address, part[1])
         return None
 
     def type_named(self, name: str) -> IecType[Any] | None:
@@ -68,13 +68,13 @@ class SymbolPlaces:
 
     @cached_property
     def _types(self) -> Mapping[str, IecType[Any]]:
-        found: dict[str, IecType[Any]] = {}
+        types: dict[str, IecType[Any]] = {}
         waiting = [placed.variable.type for placed in self._placed]
         while waiting:
             type = waiting.pop()
-            if type.name.lower() in found:
+            if type.name.lower() in types:
                 continue
-            found[type.name.lower()] = type
+            types[type.name.lower()] = type
             if isinstance(type, AliasType):
                 waiting.append(type.base)
             elif isinstance(type, ArrayType):
@@ -84,7 +84,7 @@ class SymbolPlaces:
             elif isinstance(type, StructType):
                 waiting += (member.type for member in type.members)
                 waiting += [] if type.base is None else [type.base]
-        return found
+        return types
 
     def _address(self, placed: PlacedVariable) -> int:
         return self._memory.address(placed.area, placed.offset)
@@ -97,18 +97,18 @@ def _part(type: IecType[Any], offset: int, size: int) -> tuple[str, IecType[Any]
         return "", type
     if isinstance(plain, ArrayType):
         number, rest = divmod(offset, plain.element.size)
-        found = _part(plain.element, rest, size) if rest + size <= plain.element.size else None
-        return None if found is None else (_index(plain, number) + found[0], found[1])
+        part = _part(plain.element, rest, size) if rest + size <= plain.element.size else None
+        return None if part is None else (_index(plain, number) + part[0], part[1])
     if not isinstance(plain, StructType):
         return None
-    if plain.base is not None and (found := _part(plain.base, offset, size)) is not None:
-        return found if found[0] else None
+    if plain.base is not None and (part := _part(plain.base, offset, size)) is not None:
+        return part if part[0] else None
     for member in plain.fields:
         inside = offset - member.offset
         if member.bit is None and inside >= 0 and inside + size <= member.type.size:
-            found = _part(member.type, inside, size)
-            if found is not None:
-                return f".{member.name}{found[0]}", found[1]
+            part = _part(member.type, inside, size)
+            if part is not None:
+                return f".{member.name}{part[0]}", part[1]
     return None
 
 

@@ -64,7 +64,7 @@ class SymbolElements:
         self._adds = adds
 
     def spot(self, path: str) -> _Spot | None:
-        """Follow an XPath of names; None if it leads nowhere."""
+        """Follow an XPath of names; None if it has no target."""
         parent = self._documents.item(self._root)
         steps = _steps(path)
         if parent is None or not steps:
@@ -116,17 +116,17 @@ class SymbolElements:
         if not items:
             items = self._added(spot.parent, spot.name)
             for item in items:
-                made = XmlItem(_INDEX, index, is_attribute=True)
-                self._documents.add(item.number, 0, made)
+                condition = XmlItem(_INDEX, index, is_attribute=True)
+                self._documents.add(item.number, 0, condition)
         return items
 
     def _added(self, parent: XmlItem, name: str) -> list[XmlItem]:
         if not self._adds:
             return []
-        made = XmlItem(name)
-        if not self._documents.add(parent.number, 0, made):
+        item = XmlItem(name)
+        if not self._documents.add(parent.number, 0, item):
             raise MemoryError(name)
-        return [made]
+        return [item]
 
     # XML to PLC ------------------------------------------------------------------------------
 

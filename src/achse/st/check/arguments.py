@@ -213,9 +213,9 @@ class ArgumentBinder:
             record = any_record(body, operand, flat(wanted), at)
             operand = TypedOperand(record, wanted)
         elif storage is None or (parameter.is_constant and operand.is_constant):
-            kept = _whole_text(operand, wanted)
-            value = body.converter.implicit(operand, kept, at)
-            operand = TypedOperand(value, kept)
+            text = _whole_text(operand, wanted)
+            value = body.converter.implicit(operand, text, at)
+            operand = TypedOperand(value, text)
         else:
             self._check_in_out(name, wanted, operand, at)
         address = body.paths.address(operand, resolved(parameter.variable.type), at)

@@ -342,9 +342,9 @@ class Checking:
             self.require(self.routines.of_action(entry, part))
         else:
             for get in (True, False):
-                found = self.routines.of_accessor(entry, part, get=get)
-                if found is not None:
-                    self.require(found)
+                accessor = self.routines.of_accessor(entry, part, get=get)
+                if accessor is not None:
+                    self.require(accessor)
 
     # records and blocks ----------------------------------------------------------------------
 

@@ -101,8 +101,8 @@ class ProjectStubs:
         )
 
     def _words_beside(self, unknown: _Unknown, files: ProjectFiles) -> Iterator[str]:
-        """The words of code with these faults, which may have other names that mean nothing: of a
-        body those that are no variables of its own; of declarations those of the file."""
+        """Yield the words of code with these faults, which may have other undeclared names: of a
+        body those that are not variables of its own; of declarations those of the file."""
         checking = self._checking
         for key, node in checking.nodes.items():
             if not any(_key_of(one) in unknown for one in node.faults):
