@@ -30,7 +30,7 @@ def slave(**values: float) -> Any:
 
 def test_a_constant_target_is_met_as_fast_as_can_be() -> None:
     """Δv = 100, a = 500, j = 5000: 0.3 s, 15 of way."""
-    ax = slave(sync_lead_velocity=100.0)
+    ax = slave(sync_pursued_velocity=100.0)
     cycles = 1
     while not approach_velocity(ax, 100.0, 0.0, 0.0, 100.0 * DT, False, DT):
         cycles += 1
@@ -42,7 +42,7 @@ def test_a_constant_target_is_met_as_fast_as_can_be() -> None:
 
 def test_without_jerk_the_way_is_that_of_the_acceleration() -> None:
     """Δv = 100, a = 500: 0.2 s and 10 of way."""
-    ax = slave(sync_lead_velocity=100.0, sync_jerk=1e12)
+    ax = slave(sync_pursued_velocity=100.0, sync_jerk=1e12)
     cycles = 1
     while not approach_velocity(ax, 100.0, 0.0, 0.0, 100.0 * DT, False, DT):
         cycles += 1
