@@ -30,8 +30,8 @@ _SUITE = re.compile(
 class TcUnitMissing(Exception):
     """The project's tests need TcUnit, and it is not here."""
 
-    def __init__(self, why: str = "") -> None:
-        lead = f"{why}; " if why else ""
+    def __init__(self, reason: str = "") -> None:
+        lead = f"{reason}; " if reason else ""
         super().__init__(
             f"{lead}the tests need TcUnit, which is not part of achse: get its sources"
             " (github.com/tcunit/TcUnit, MIT licence) and say where they are:"

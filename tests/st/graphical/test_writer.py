@@ -34,7 +34,7 @@ def test_all_of_an_expression_is_at_one_place(text: str) -> None:
 
 def test_a_fault_in_text_is_at_the_place_of_its_node() -> None:
     one = writer()
-    one.where = "network 4"
+    one.location = "network 4"
     at = one.at(5)
     with pytest.raises(Unexpected, match="expected an expression") as caught:
         one.expression("a +", at)

@@ -159,8 +159,8 @@ def _tell_plain(file: Path, libraries: list[Path], is_project: bool) -> None:
         if execution.machine is None:
             print(f"{runtime.name}: all is plain Python")
             continue
-        for key, why in execution.plain_routines.items():
+        for key, reason in execution.plain_routines.items():
             place = routines[key].locate(routines[key].at)
-            print(f"{place}: note: {routines[key].name} stays plain Python: {why}")
+            print(f"{place}: note: {routines[key].name} stays plain Python: {reason}")
         count, plain = len(execution.machine.keys), len(execution.plain_routines)
         print(f"{runtime.name}: {count} routines are machine code, {plain} not")

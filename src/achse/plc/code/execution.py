@@ -245,8 +245,8 @@ class Execution:
         self._fuel = self.namespace["F"] = self.machine.budget
         self.frames.share(self.machine.frames)
         self.reset_budget()
-        for key, why in self.plain_routines.items():
-            log.debug("%s stays plain: %s", key, why)
+        for key, reason in self.plain_routines.items():
+            log.debug("%s stays plain: %s", key, reason)
 
     def _link(self, digest: str, *, keep: bool) -> None:
         in_machine = {} if self.machine is None else self.machine.keys
@@ -312,8 +312,10 @@ class Execution:
         override = self._overrides.get(routine.key)
         if override is not None:
             return override
-        why = "it is built in, and this runtime does not have it" if routine.builtin else "no body"
-        return lambda *_, **__: _unavailable(f"{routine.name}: {why}")
+        reason = (
+            "it is built in, and this runtime does not have it" if routine.builtin else "no body"
+        )
+        return lambda *_, **__: _unavailable(f"{routine.name}: {reason}")
 
     def function(self, key: str) -> Callable[..., Any]:
         """The function of a routine. KeyError if there is none."""
@@ -553,12 +555,12 @@ def _misaligned(address: int) -> None:
     )
 
 
-def _unavailable(why: str) -> NoReturn:
-    raise PlcFault(ExceptionCode.UNRESOLVED_EXTREFS, why)
+def _unavailable(reason: str) -> NoReturn:
+    raise PlcFault(ExceptionCode.UNRESOLVED_EXTREFS, reason)
 
 
-def _left_out(why: str, *_: Any, **__: Any) -> NoReturn:
-    _unavailable(why)
+def _left_out(reason: str, *_: Any, **__: Any) -> NoReturn:
+    _unavailable(reason)
 
 
 def _enum_name(number: int, names: Mapping[int, bytes]) -> bytes:

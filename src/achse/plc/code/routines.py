@@ -37,7 +37,7 @@ def emit_routine(routine: Routine, linker: Linker) -> list[SourceLine]:
     statements.list_of(low.body)
     if low.results:
         statements.leave()
-    inner = statements.pieces + body.lines
+    inner = statements.nested_lines + body.lines
     names = [local_name(parameter) for parameter, _ in low.parameters]
     if routine.this is not None:
         names.insert(0, "this")

@@ -58,7 +58,7 @@ class StatementWriter:
         """Nesting depth of own functions around the present statement."""
         self._leaves: set[_Leaves] = set()
         """Ways to leave the present own function."""
-        self.pieces: list[SourceLine] = []
+        self.nested_lines: list[SourceLine] = []
         """The lines of those functions."""
 
     def block(self, head: str, statements: nodes.LoweredStatements) -> None:
@@ -80,7 +80,7 @@ class StatementWriter:
         if statement.at:
             lines.place(statement.at)
         if isinstance(statement, _COMPOUND) and (self._depth >= _DEEPEST or lines.depth >= _WIDEST):
-            self._piece(statement)
+            self._nested_function(statement)
             return
         self._mark(statement)
         match statement:
@@ -146,7 +146,7 @@ class StatementWriter:
         self._lines.add(f"F[0] = fuel = F[0] - {cost}")
         self._lines.add(f"if fuel < 0: {count}exhausted()")
 
-    def _piece(self, statement: nodes.LoweredStatement) -> None:
+    def _nested_function(self, statement: nodes.LoweredStatement) -> None:
         """A statement as a function of its own."""
         name, left = self._of.temporary(), self._of.temporary()
         outer = (self._lines, self._depth, self._leaves)
@@ -160,7 +160,7 @@ class StatementWriter:
                 lines.add(f"nonlocal {', '.join(names)}")
             self.statement(statement)
         self._function -= 1
-        self.pieces += lines.lines
+        self.nested_lines += lines.lines
         leaves = self._leaves
         self._lines, self._depth, self._leaves = outer
         self._lines.add(f"{left} = {name}()")

@@ -160,8 +160,10 @@ class CallLowering(PlaceLowering):
         )
 
 
-def _missing(why: str, type: IecType[Any] | None) -> nodes.RuntimeCall:
-    return nodes.RuntimeCall("unavailable", (), why, type, f"it calls what is not there: {why}")
+def _missing(reason: str, type: IecType[Any] | None) -> nodes.RuntimeCall:
+    return nodes.RuntimeCall(
+        "unavailable", (), reason, type, f"it calls what is not there: {reason}"
+    )
 
 
 def initial_value(routine: Routine, variable: Variable[Any, Any]) -> Known:

@@ -244,13 +244,13 @@ class Creation:
 
 @node
 class RuntimeCall:
-    """A function of the runtime that only plain code calls; `why` says so."""
+    """A function of the runtime that only plain code calls; `reason` names it."""
 
     name: str
     operands: "tuple[LoweredValue, ...]"
     argument: str | None
     type: IecType[Any] | None
-    why: str
+    reason: str
 
 
 @node

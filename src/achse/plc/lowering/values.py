@@ -142,8 +142,8 @@ class ValueLowering(CallLowering):
     def deleted(self, value: Deleted) -> nodes.LoweredValue:
         """`__DELETE`."""
         pointer = value.pointer
-        why = "__DELETE is done by Python"
-        memory = nodes.RuntimeCall("delete_memory", (self.read(pointer),), None, None, why)
+        reason = "__DELETE is done by Python"
+        memory = nodes.RuntimeCall("delete_memory", (self.read(pointer),), None, None, reason)
         return nodes.Sequence((memory,), self.store(pointer, Known(0, pointer.type), alone=False))
 
     def queried(self, value: Queried) -> nodes.LoweredValue:
@@ -151,8 +151,8 @@ class ValueLowering(CallLowering):
         target, source = self.place(value.target), self.value(value.source)
         self.changes += 1
         address = self.temporary(target.type)
-        why = "__QUERYINTERFACE or __QUERYPOINTER is done by Python"
-        query = nodes.RuntimeCall("queried", (source,), value.interface, target.type, why)
+        reason = "__QUERYINTERFACE or __QUERYPOINTER is done by Python"
+        query = nodes.RuntimeCall("queried", (source,), value.interface, target.type, reason)
         store = nodes.StoreValue(target, nodes.Keep(address, query))
         return nodes.Sequence((store,), nodes.Convert(address, value.type, Conversion.TO_BOOL))
 

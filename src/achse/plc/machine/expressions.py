@@ -160,9 +160,9 @@ class ExpressionTranslator:
         is_steady = isinstance(value, Operand) or value.steady
         return value if is_steady else self.snapshot(value, type)
 
-    def refuse(self, why: str) -> MachineValue:
+    def refuse(self, reason: str) -> MachineValue:
         """Leave the routine plain."""
-        raise NotTranslatedError(why)
+        raise NotTranslatedError(reason)
 
     def snapshot(self, value: Any, type: IecType[Any] | None = None) -> Any:
         """A copy of a text or record that nothing changes."""
@@ -505,7 +505,7 @@ _TRANSLATIONS: dict[type[Any], Callable[[ExpressionTranslator, Any], MachineValu
     nodes.RoutineCall: lambda of, value: of.calls.call(value),
     nodes.RecordValue: ExpressionTranslator.record,
     nodes.Creation: lambda of, _: of.refuse("__NEW is done by Python"),
-    nodes.RuntimeCall: lambda of, value: of.refuse(value.why),
+    nodes.RuntimeCall: lambda of, value: of.refuse(value.reason),
     nodes.ConditionBit: ExpressionTranslator.condition_bit,
     nodes.CountVector: ExpressionTranslator.count_vector,
     nodes.Count: lambda of, value: of.count(value.number),

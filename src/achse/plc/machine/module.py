@@ -97,15 +97,15 @@ class ProjectTranslator:
     def translated(self) -> ModuleBuilder:
         done: set[str] = set()
         for key, routine in self.project.routines.items():
-            why = self._untranslatable(routine)
-            if not why:
+            reason = self._untranslatable(routine)
+            if not reason:
                 builder = self.module.write(self.function(key))
-                why = self._translate(routine, builder)
-                if why:
+                reason = self._translate(routine, builder)
+                if reason:
                     self._write_callback(key, builder)
                 done.add(key)
-            if why:
-                self.notes.plain[key] = why
+            if reason:
+                self.notes.plain[key] = reason
         for key in list(self._functions):
             if key not in done:
                 self._write_callback(key, self.module.write(self._functions[key]))
@@ -122,8 +122,8 @@ class ProjectTranslator:
         """Translate a routine; return the reason why it stays plain, empty if it does not."""
         try:
             translate_routine(self, routine, self._numbers[routine.key], builder)
-        except NotTranslatedError as why:
-            return str(why)
+        except NotTranslatedError as reason:
+            return str(reason)
         except MissingPlaceError as missing:
             return f"{missing.args[0]} has no memory in this PLC"
         except RecursionError:

@@ -173,7 +173,7 @@ class Operators:
                 raise self._apart(left, right, at)
             return a, left.type
         if isinstance(a, RealType) or isinstance(b, RealType):
-            return self._meeting_reals(left, right, at)
+            return self._common_real(left, right, at)
         if isinstance(a, TimeType) or isinstance(b, TimeType):
             return self._meeting_times(left, right, at)
         return self._meeting_integers(left, right)
@@ -193,7 +193,7 @@ class Operators:
             raise self._apart(left, right, at)
         return (a, left.type) if a.length >= b.length else (b, right.type)
 
-    def _meeting_reals(
+    def _common_real(
         self, left: TypedOperand, right: TypedOperand, at: int
     ) -> tuple[IecType[Any], IecType[Any]]:
         a, b = left.flat, right.flat

@@ -68,7 +68,7 @@ def faults_by_reach(
     errors, further = reach.findings(faults)
     if not reach.has_errors:
         reached = {entry.name.lower() for entry in reach.units}
-        if any(_is_in(key, reached) for key, why in left_out.items() if why == FAULTY):
+        if any(_is_in(key, reached) for key, reason in left_out.items() if reason == FAULTY):
             return (*unreached, *faults), ()
     return tuple(errors), tuple(sorted({*unreached, *further}, key=lambda fault: fault.location))
 

@@ -221,7 +221,7 @@ class _Lowering(BodyStatements):
     # places and members ------------------------------------------------------------------------
 
     def at_step(self, step: ChartStep, detail: str = "") -> int:
-        self.where = f"step {step.name}"
+        self.location = f"step {step.name}"
         return self.at(step.at, detail)
 
     def _member(self, step: ChartStep, name: str, at: int) -> Expression:
@@ -357,7 +357,7 @@ class _Lowering(BodyStatements):
         running: list[tuple[_Controlled, Expression, int]] = []
         for number, action in enumerate(self._actions):
             step, association = action.associations[0]
-            self.where = f"step {step.name}"
+            self.location = f"step {step.name}"
             at = self.at(association.at, f"action {action.name}")
             state: Expression = Name(_state(self.body, number), at)
             if action.key in self.body.owner.actions:
@@ -454,11 +454,11 @@ class _Lowering(BodyStatements):
         left = group[0].left
         names = " and ".join(step.name for step in left)
         branches: list[Branch] = []
-        self.where = f"transition behind {names}"
+        self.location = f"transition behind {names}"
         start = self.at(group[0].transition.at)
         name = self.let(self.hidden("fires"), Literal("integer", "0", start), start)
         for number, firing in enumerate(group, 1):
-            self.where = f"transition {number} behind {names}" if group[1:] else self.where
+            self.location = f"transition {number} behind {names}" if group[1:] else self.location
             at = self.at(firing.transition.at)
             value = Literal("integer", str(number), at)
             fires = Assign(":=", name, value, at)

@@ -314,22 +314,26 @@ class _Lowering(BoxWriter):
         for number, element in enumerate(self._of.order, 1):
             match element:
                 case ChartOutput():
-                    self.where = f"output {element.text} ({number})"
+                    self.location = f"output {element.text} ({number})"
                     self._write_output(element)
                 case ChartBox():
-                    self.where = f"box {element.type} {element.instance}".rstrip() + f" ({number})"
+                    self.location = (
+                        f"box {element.type} {element.instance}".rstrip() + f" ({number})"
+                    )
                     self._write_box(element)
                 case ChartComposer():
-                    self.where = f"composer {element.type} ({number})"
+                    self.location = f"composer {element.type} ({number})"
                     self._write_composer(element)
                 case ChartSelector():
-                    self.where = f"selector {element.type} ({number})"
+                    self.location = f"selector {element.type} ({number})"
                     self.at(element.at)
                 case ChartLabel():
-                    self.where = f"label {element.name}"
+                    self.location = f"label {element.name}"
                     self.out.append(Label(element.name, self.at(element.at)))
                 case ChartLeave():
-                    self.where = f"jump {element.label} ({number})" if element.label else "return"
+                    self.location = (
+                        f"jump {element.label} ({number})" if element.label else "return"
+                    )
                     self._write_leave(element)
         return tuple(self.out)
 

@@ -88,7 +88,7 @@ class InstructionList:
         if self._network.target.lower() in self._carrying:
             self._value = writer.carried
         for number, line in enumerate(lines, 1):
-            writer.where = f"network {self._network.number}, line {number}"
+            writer.location = f"network {self._network.number}, line {number}"
             at = writer.at(line.at)
             operator = line.operator.upper()
             if not operator and not line.operand.text:

@@ -156,7 +156,7 @@ class _Lowering(BoxWriter):
             if not key or network.is_disabled:
                 continue
             if key in taken:
-                self.where = f"network {network.number}"
+                self.location = f"network {network.number}"
                 message = f"label {network.label} is at network {taken[key]} already"
                 raise self.fault(network.at, message)
             taken[key] = network.number
@@ -164,7 +164,7 @@ class _Lowering(BoxWriter):
     def _network(self, network: DrawnNetwork) -> None:
         self._number = network.number
         self._wires.clear()
-        self.where = f"network {network.number}"
+        self.location = f"network {network.number}"
         if network.target:
             self.out.append(Label(network.target, self.at(network.at)))
         if network.lines:
@@ -172,7 +172,7 @@ class _Lowering(BoxWriter):
             leads_on = any(one.target.lower() in self._carrying for one in following)
             InstructionList(self, network, self._carrying, leads_on=leads_on).write()
         for number, item in enumerate(network.items, 1):
-            self.where = f"network {network.number}, rung {number}"
+            self.location = f"network {network.number}, rung {number}"
             self._item(item)
 
     # rungs -------------------------------------------------------------------------------------

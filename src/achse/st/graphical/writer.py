@@ -66,7 +66,7 @@ class BodyStatements:
         self.body = body
         self.scope = scope
         self.out: list[Statement] = []
-        self.where = ""
+        self.location = ""
         """Place of what is being written, as messages name it."""
         self.carried: Name | None = None
         """Accumulator that an instruction list hands on to a label."""
@@ -76,7 +76,7 @@ class BodyStatements:
 
     def at(self, offset: int, detail: str = "") -> int:
         """Name the place of a node of the drawing; return its offset in the source."""
-        place = f"{self.where}, {detail}" if detail else self.where
+        place = f"{self.location}, {detail}" if detail else self.location
         return self.body.name_place(offset, place)
 
     def fault(self, offset: int, message: str) -> Unexpected:

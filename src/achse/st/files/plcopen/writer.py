@@ -160,7 +160,7 @@ class _Writer:
 
     # texts -------------------------------------------------------------------------------------
 
-    def _piece(self, at: int) -> str:
+    def _source_text(self, at: int) -> str:
         """The text of the file that a place is in; empty where one text has everything."""
         source = self._source
         if len(source.pieces) < 2 or not 0 <= at < len(source.text):
@@ -172,7 +172,7 @@ class _Writer:
 
     def _declaration(self, unit: Unit | Method | Property) -> str:
         """The declaration of a unit or part as text."""
-        text = self._piece(unit.at)
+        text = self._source_text(unit.at)
         if _KEYWORD.search(text):
             return text
         match unit:
@@ -205,7 +205,7 @@ class _Writer:
             self._left_out.append(name)
             text = ""
         else:
-            text = self._piece(body[0].at) if body else ""
+            text = self._source_text(body[0].at) if body else ""
             text = text or print_statements(body)
         return _element("body", _element("ST", _xhtml(text)))
 
