@@ -222,7 +222,7 @@ ROOMS: Mapping[str, Room] = {
     "persistence": Room(
         "data that outlive the program",
         {
-            "plc/remains.py": (),
+            "plc/retention/retained_state.py": (),
             "motion/retained.py": (),
             "station/persistence/persistent_data.py": (),
             "station/persistence/state_file.py": (),
@@ -230,7 +230,7 @@ ROOMS: Mapping[str, Room] = {
             "transport/file_lock.py": (),
         },
         (
-            "plc/test_remains.py",
+            "plc/retention/test_retained_state.py",
             "motion/test_retained.py",
             "station/persistence/test_persistent_data.py",
             "station/persistence/test_state_file.py",

@@ -45,8 +45,8 @@ from achse.st.syntax.units import Program as ProgramTree
 from achse.st.values.values import NotConstant
 
 _HINT = (
-    "types of libraries come from `libraries`: their sources, or declarations that stand in for"
-    " them; or from the .tmc of the built project, there or beside the sources;"
+    "types of libraries come from `libraries`: their sources, or stubs of them; or from the .tmc of"
+    " the built project, there or beside the sources;"
     " achse check --stubs FOLDER writes declarations to start from"
 )
 
