@@ -51,6 +51,7 @@ WITHOUT_MODULE: dict[str, str] = {
     "tests/plc/code/test_random_names.py": "any names in programs, in both forms of code",
     "tests/plc/coverage/test_drawn_programs.py": "lowering and both forms of code, at random",
     "tests/plc/machine/test_random_recursion.py": "recursion of any shape on stacks of any size",
+    "tests/router/forwarding/test_floods.py": "table, shares and releases under floods, at random",
     "tests/st/graphical/exports/test_random_exports.py": "readers of exports, at random",
     "tests/st/graphical/test_random_networks.py": "reader, lowering and a run, at random",
     "tests/station/buses/test_catching_up.py": "bus, master and link while a station catches up",

@@ -1,4 +1,4 @@
-"""Floods of subscriptions behind a router: others lose nothing, the target keeps nothing."""
+"""Floods of subscriptions through a router: nothing is left, and others lose nothing."""
 
 from typing import Any
 
