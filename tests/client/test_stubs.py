@@ -8,7 +8,7 @@ from types import ModuleType
 from typing import Any
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 import achse
@@ -271,10 +271,13 @@ END_PROGRAM
 PROGRAM <Other> VAR <record> : INT := 4; END_VAR END_PROGRAM
 """
 ROLES = sorted(set(re.findall(r"<(\w+)>", NAMED)))
+PAIRS = {"number": "\u00b5", "text": "\u03bc", "mode": "x\u00b2", "idle": "_a_", "Main": "_Main"}
+"""Names that are one in Python, none, or reserved in a class."""
 
 
 @settings(max_examples=10)
 @given(st.lists(NAMES, min_size=len(ROLES), max_size=len(ROLES), unique_by=str.lower))
+@example([PAIRS.get(role, f"r_{role}") for role in ROLES])
 def test_symbols_of_any_names_are_a_module(
     tmp_path_factory: pytest.TempPathFactory, drawn: list[str]
 ) -> None:
