@@ -128,16 +128,20 @@ def _planned(
     index: WordIndex,
 ) -> RoutinePlan:
     """Return a plan for changed names; `same` are the parts that the edit of a file leaves, by the
-    key of their unit. Faults say what has a similar name, anywhere."""
-    words, names = changed.words, changed.names
+    key of their unit. Faults say what has a similar name, anywhere.
+
+    A routine of a unit that is not touched reaches into one by a name of it alone.
+    """
+    names = changed.names
     inside = names | _INSTANCES
+    reach = {*touched.words, *(f"{word}." for word in touched.words)}
     plan = RoutinePlan([], [])
     by_source: dict[Source, list[Signature]] = {}
     for routine in checking.routines.made:
         by_source.setdefault(routine.source, []).append(routine)
     for source, routines in by_source.items():
         texts: Mapping[str, frozenset[str]] | None = None
-        is_named = not words.isdisjoint(index.of_file(source))
+        is_named = not touched.words.isdisjoint(index.of_file(source))
         for routine in routines:
             node = checking.nodes.get(routine.key)
             if node is None:
@@ -156,7 +160,7 @@ def _planned(
                 texts = index.of_routines(source, routines)
             own = texts.get(routine.key)
             if not is_touched:
-                if own is None or not names.isdisjoint(own):
+                if own is None or not (names.isdisjoint(own) or reach.isdisjoint(own)):
                     plan.again.append(routine)
                 continue
             part = _part_of(routine)

@@ -56,6 +56,9 @@ class ProjectStubs:
             for space in spaces
         }
         self._is_missing = bool(files.gathered.missing)
+        self._declared = frozenset(checking.names.scopes.entries)
+        self._texts = {one.source.path: one.source.text for one in files.sources}
+        """Texts of the files, and units, when everything was checked."""
         self._checking = checking
         self._has_shells = checking.names.predefined.has_shells
         self._unknown = _unknown_in(self._checking)
@@ -97,12 +100,20 @@ class ProjectStubs:
             return False
         return not any(
             names.scopes.find(word) is None and any(one.fullmatch(word) for one in self._patterns)
-            for word in self._words_beside(unknown - self._unknown, files)
+            for path, word in self._words_beside(unknown - self._unknown, files)
+            if not self._was_judged(path, word)
         )
 
-    def _words_beside(self, unknown: _Unknown, files: ProjectFiles) -> Iterator[str]:
-        """Yield the words of code with these faults, which may have other undeclared names: of a
-        body those that are not variables of its own; of declarations those of the file."""
+    def _was_judged(self, path: str, word: str) -> bool:
+        """Return True if a file had a word that meant nothing, and that got no stub."""
+        if word in self._declared or path not in self._texts:
+            return False
+        return re.search(rf"\b{re.escape(word)}\b", self._texts[path], re.IGNORECASE) is not None
+
+    def _words_beside(self, unknown: _Unknown, files: ProjectFiles) -> Iterator[tuple[str, str]]:
+        """Yield the words of code with these faults, which may have other undeclared names, each
+        with its file: of a body those that are not variables of its own; of declarations those of
+        the file."""
         checking = self._checking
         for key, node in checking.nodes.items():
             if not any(_key_of(one) in unknown for one in node.faults):
@@ -113,12 +124,13 @@ class ProjectStubs:
                 yield from _words_of(files, paths)
                 continue
             own = {name for scope in with_bases(routine.scope) for name in scope.variables}
-            text = routine.source.text.lower()
+            text, path = routine.source.text.lower(), routine.source.path
             for word in _names_in((routine.tree.body, getattr(routine.tree, "blocks", ()))):
                 if word in self._spaces or checking.names.scopes.library_named(word):
-                    yield from re.findall(rf"\b{re.escape(word)}\s*\.\s*(\w+)", text)
+                    behind = re.findall(rf"\b{re.escape(word)}\s*\.\s*(\w+)", text)
+                    yield from ((path, one) for one in behind)
                 elif word not in own:
-                    yield word
+                    yield path, word
         declared = [one for one in checking.names.scopes.faults if _key_of(one) in unknown]
         yield from _words_of(files, {one.location.path for one in declared})
 
@@ -171,7 +183,8 @@ def _key_of(fault: Diagnostic) -> tuple[str, str, Code | None]:
     return fault.location.path, fault.message, fault.code
 
 
-def _words_of(files: ProjectFiles, paths: Container[str]) -> Iterator[str]:
+def _words_of(files: ProjectFiles, paths: Container[str]) -> Iterator[tuple[str, str]]:
     for one in (*files.sources, *files.libraries):
         if one.source.path in paths:
-            yield from set(_WORD.findall(one.source.text.lower()))
+            words = set(_WORD.findall(one.source.text.lower()))
+            yield from ((one.source.path, word) for word in words)
