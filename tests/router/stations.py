@@ -18,8 +18,8 @@ from achse.ams.notification import NotificationStream
 from achse.router import Router
 from achse.router.routes import Route
 from achse.server import Device, TableSizes
+from achse.transport.connections.byte_transport import ByteTransport
 from achse.transport.connections.fair_queue import FairQueue
-from achse.transport.connections.line import Line
 from achse.transport.connections.peer import Peer
 from achse.transport.connections.send_budget import SendBudget
 from achse.transport.uplinks.uplink import Uplink
@@ -408,7 +408,7 @@ class Client:
         return [result for (result,) in struct.iter_unpack("<I", answer)]
 
 
-def line_of(peer: Peer) -> Line:
+def line_of(peer: Peer) -> ByteTransport:
     """The line of a peer that is open."""
-    assert peer._line is not None
-    return peer._line
+    assert peer._transport is not None
+    return peer._transport

@@ -22,7 +22,7 @@ from achse.ams import (
 from achse.client.nc.services import NcLayout, services
 from achse.codes.groups import ReservedGroup
 from achse.codes.nc.table import named_rows
-from achse.swarm.road import Road
+from achse.swarm.link import NetworkLink
 from achse.swarm.services.drawing import net_id_of
 from achse.swarm.services.rights import ClientRights
 from achse.swarm.talk import ConnectionLedger, SentRequest, Subscription
@@ -51,7 +51,7 @@ class Dialling(Protocol):
 
     net_id: NetId
 
-    def dial(self, client: "Client") -> tuple[Road, ConnectionLedger] | None:
+    def dial(self, client: "Client") -> tuple[NetworkLink, ConnectionLedger] | None:
         """Open a connection; None while the station is down."""
 
     def now_ns(self) -> int:
@@ -74,7 +74,7 @@ class Client:
         self.number = number
         self._station = station
         self._names = names
-        self._road: Road | None = None
+        self._link: NetworkLink | None = None
         self._page: ConnectionLedger | None = None
         self._stream = Connection()
         # Programs behind routers all have one address, as each pyads of a computer.
@@ -91,7 +91,7 @@ class Client:
         self._deaf_ns = 0
         """Time since which it has not read."""
 
-    # of its road ----------------------------------------------------------------------------------
+    # of its link ----------------------------------------------------------------------------------
 
     def receive(self, data: bytes) -> None:
         """Take bytes that arrived."""
@@ -114,7 +114,7 @@ class Client:
 
     def lost(self) -> None:
         """The connection has ended: what was under way is not answered."""
-        self._road = self._page = None
+        self._link = self._page = None
         self._handles.clear()
         self._subscribed.clear()
 
@@ -141,13 +141,13 @@ class Client:
 
     def dial(self) -> None:
         """Open a connection, if there is none."""
-        if self._road is not None:
+        if self._link is not None:
             return
         self._stream = Connection()
         opened = self._station.dial(self)
         if opened is None:
             return
-        self._road, self._page = opened
+        self._link, self._page = opened
         self._waiting = None
         if self.part.registers:
             self._waiting = []
@@ -162,20 +162,20 @@ class Client:
         self._end(orderly=False)
 
     def _end(self, *, orderly: bool) -> None:
-        road = self._road
-        if road is not None:
-            road.hang_up(orderly=orderly)
+        link = self._link
+        if link is not None:
+            link.hang_up(orderly=orderly)
             self.lost()
 
     def listen(self, reads: bool) -> None:
         """Read what comes from now on, or leave it unread."""
-        if self._road is None or self._page is None or reads is self._road.reads:
+        if self._link is None or self._page is None or reads is self._link.reads:
             return
         if reads:
             self._page.excuse_unread(self._deaf_ns)
         else:
             self._deaf_ns = self._station.now_ns()
-        self._road.read(reads)
+        self._link.read(reads)
 
     def nc(self, group: int, name: str, axis: int, numbers: Sequence[float]) -> None:
         """Request a service of an axis."""
@@ -366,8 +366,8 @@ class Client:
         return packet[:14] + bytes(self._address) + packet[22:]
 
     def _write(self, data: bytes) -> None:
-        if self._road is not None:
-            self._road.send(data)
+        if self._link is not None:
+            self._link.send(data)
 
 
 def encode_service(group: int, name: str, numbers: str | Sequence[float]) -> bytes:

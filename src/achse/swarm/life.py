@@ -8,7 +8,7 @@ from typing import Any
 from achse.ams import AdsState, NetId
 from achse.ams.filetime import to_unix_ns
 from achse.faults.fault import FaultError, FaultState
-from achse.faults.gate import FrameFault
+from achse.faults.fault_filter import FrameFault
 from achse.station import Station
 from achse.station.clocks.cycle import CyclicPhase, PhasePlace
 from achse.station.configuration.station_file import StationConfig, parse
@@ -16,8 +16,8 @@ from achse.station.station import DEFAULT_EPOCH_NS
 from achse.swarm.clients import Client
 from achse.swarm.disk import MemoryDisk
 from achse.swarm.drive_watch import DriveWatch
+from achse.swarm.link import NetworkLink, StationScheduler
 from achse.swarm.motion.watch import MotionWatch
-from achse.swarm.road import Road, StationTurns
 from achse.swarm.services.cam_watch import CamWatch
 from achse.swarm.services.drawing import NET_ID
 from achse.swarm.services.scope_watch import ScopeWatch
@@ -143,11 +143,11 @@ class StationLife:
             disk=disk,
         )
         self.net_id: NetId = self.station.router.net_id
-        self.turns = StationTurns(self.station)
+        self.scheduler = StationScheduler(self.station)
         self.listener = TcpListener(
-            self.station.router, fair_queue=FairQueue(self.turns.time), max_connections=1 << 16
+            self.station.router, fair_queue=FairQueue(self.scheduler.time), max_connections=1 << 16
         )
-        self.listener.begin(self.turns)
+        self.listener.begin(self.scheduler)
         self.station.admit(self.listener)
         self.watch = MotionWatch(self.station, world.all_axes, checks, report, world.channel)
         self.station.cycle.add(self.watch)
@@ -162,7 +162,7 @@ class StationLife:
         self._disturbed = self._samples_disturbed = False
         self._dropped = 0
         self.pages: list[ConnectionLedger] = []
-        self.roads: list[Road] = []
+        self.links: list[NetworkLink] = []
 
     def _add_service_watches(self, report: Report) -> None:
         for config in self.world.machine.get("camshaft", ()):
@@ -195,12 +195,12 @@ class StationLife:
         self.station.cycle.go_to(
             -(-(world_ns - self.begun_ns) // self.station.tick_ns) * self.station.tick_ns
         )
-        self.turns.run()
+        self.scheduler.run()
         self._look()
 
     # connections ----------------------------------------------------------------------------------
 
-    def dial(self, client: Client) -> tuple[Road, ConnectionLedger] | None:
+    def dial(self, client: Client) -> tuple[NetworkLink, ConnectionLedger] | None:
         """Open a connection to the station."""
         if self.station.ended:
             return None
@@ -208,10 +208,12 @@ class StationLife:
         page = ConnectionLedger(
             f"client {client.number}", self.now_ns, self.world_time, self._report, self
         )  # fmt: skip
-        road = Road(self.listener, self.turns, client.part, client, self._port, self.watch.wake)
+        link = NetworkLink(
+            self.listener, self.scheduler, client.part, client, self._port, self.watch.wake
+        )
         self.pages.append(page)
-        self.roads.append(road)
-        return road, page
+        self.links.append(link)
+        return link, page
 
     @staticmethod
     def world_time(filetime: int) -> int:
@@ -261,7 +263,7 @@ class StationLife:
         """Do what an act of the station says."""
         self.watch.wake()
         STATION_ACTS[kind](self, *values)
-        self.turns.run()
+        self.scheduler.run()
 
     def fault(self, fields: Mapping[str, Any]) -> None:
         """Make something go wrong."""
@@ -332,10 +334,10 @@ class StationLife:
 
     def end(self) -> None:
         """End the process: all connections break off."""
-        for road in self.roads:
-            road.hang_up(orderly=False)
-            if not road.ended:
-                road._end()
+        for link in self.links:
+            link.hang_up(orderly=False)
+            if not link.ended:
+                link._end()
         self.station.cycle.remove(self.watch)
         for watch in (self.drive_watch, *self.service_watches):
             if watch is not None:

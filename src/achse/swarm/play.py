@@ -309,7 +309,7 @@ class _Player:
             router.check_released(self.report)
             self._raise()
             router.end()
-        self.life.turns.run()
+        self.life.scheduler.run()
         self.outcome.answers += sum(page.answers for each in self.routers for page in each.pages)
         self.outcome.samples += sum(page.samples for each in self.routers for page in each.pages)
         for router in self.routers:
@@ -329,7 +329,7 @@ class _Player:
         for client in self.clients:
             client.digest_parts.clear()
         life.pages.clear()
-        life.roads.clear()
+        life.links.clear()
 
     def _count(self, life: StationLife) -> None:
         self.outcome.cycles += life.watch.cycles

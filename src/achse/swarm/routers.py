@@ -15,7 +15,7 @@ from achse.router.forwarding.journal import HandleJournal
 from achse.router.routes import Route
 from achse.swarm.clients import Client
 from achse.swarm.life import StationLife
-from achse.swarm.road import Road, RoadTurns, TimedCall
+from achse.swarm.link import LinkScheduler, NetworkLink, TimedCall
 from achse.swarm.talk import ConnectionLedger, Report
 from achse.swarm.worlds.world import DrawnRouter
 from achse.transport.connections.fair_queue import FairQueue
@@ -43,8 +43,8 @@ def router_net_id(number: int) -> NetId:
     return NetId(f"10.2.0.{number}.1.1")
 
 
-class RouterTurns:
-    """The calls of a router's loop, in the time of the world; it goes on when a station ends."""
+class RouterScheduler:
+    """Scheduler of a router in the time of the world; it outlives a station."""
 
     def __init__(self, life: StationLife) -> None:
         self._life = life
@@ -55,11 +55,11 @@ class RouterTurns:
         self._stopped = False
 
     def move_to(self, life: StationLife) -> None:
-        """The world goes on with another station."""
+        """Continue with another station of the world."""
         self._life, self._armed_ns = life, float("inf")
         self._arm()
         if self._soon:
-            life.turns.call_soon(self.run)
+            life.scheduler.call_soon(self.run)
 
     def stop(self) -> None:
         """Call nothing more: the process has ended."""
@@ -76,7 +76,7 @@ class RouterTurns:
         call = TimedCall(callback, arguments)
         if not self._stopped:
             if not self._soon:
-                self._life.turns.call_soon(self.run)
+                self._life.scheduler.call_soon(self.run)
             self._soon.append(call)
         return call
 
@@ -107,10 +107,10 @@ class RouterTurns:
         if self._calls and self._calls[0][0] < self._armed_ns:
             life = self._life
             self._armed_ns = self._calls[0][0]
-            life.turns.call_at_ns(round(self._armed_ns) - life.begun_ns, self._step, life)
+            life.scheduler.call_at_ns(round(self._armed_ns) - life.begun_ns, self._step, life)
 
     def _step(self, life: StationLife) -> None:
-        """Do what is due."""
+        """Make the calls that are due."""
         if life is not self._life:
             return
         self._armed_ns = float("inf")
@@ -121,28 +121,28 @@ class RouterTurns:
         self._arm()
 
     def run(self) -> None:
-        """Do what is to be done soon, and what that leads to."""
+        """Make the calls of this turn, and those that they add."""
         while self._soon:
             calls, self._soon = self._soon, []
             for call in calls:
                 call()
 
 
-class RouterLine:
-    """The end of a road at the router that dialled: a line for its peer."""
+class RouterTransport:
+    """Transport of a router's peer: the router's end of a link that it dialled."""
 
-    def __init__(self, turns: RoadTurns, peer: Peer, lost: Callable[[], object]) -> None:
-        self._turns, self._peer, self._report_end = turns, peer, lost
-        self.road: Road
+    def __init__(self, scheduler: LinkScheduler, peer: Peer, lost: Callable[[], object]) -> None:
+        self._scheduler, self._peer, self._report_end = scheduler, peer, lost
+        self.link: NetworkLink
         self.is_closed = False
 
     def receive(self, data: bytes) -> None:
-        """Take bytes from the target."""
+        """Pass on bytes from the target."""
         if not self.is_closed:
             self._peer.receive(data)
 
     def lost(self) -> None:
-        """The target has ended the connection."""
+        """End: the target has closed the connection."""
         if not self.is_closed:
             self.is_closed = True
             self._report_end()
@@ -151,14 +151,14 @@ class RouterLine:
     def write(self, data: bytes, /) -> None:
         """Send bytes to the target."""
         if not self.is_closed:
-            self.road.send(data)
+            self.link.send(data)
 
     def get_write_buffer_size(self) -> int:
-        """Bytes that wait: none."""
+        """Return 0: nothing is buffered."""
         return 0
 
     def close(self) -> None:
-        """End after what was sent."""
+        """Close after the sent bytes."""
         self._hang_up(orderly=True)
 
     def abort(self) -> None:
@@ -168,30 +168,30 @@ class RouterLine:
     def _hang_up(self, *, orderly: bool) -> None:
         if not self.is_closed:
             self.is_closed = True
-            self.road.hang_up(orderly=orderly)
+            self.link.hang_up(orderly=orderly)
             self._report_end()
-            self._turns.call_soon(self._peer.ended)
+            self._scheduler.call_soon(self._peer.ended)
 
     def die(self) -> None:
-        """The router ends without a word."""
+        """End with the process of the router, without notice."""
         if not self.is_closed:
             self.is_closed = True
-            self.road.hang_up(orderly=False)
+            self.link.hang_up(orderly=False)
 
     def pause_reading(self) -> None:
-        """Leave on the road what comes."""
-        self.road.read(False)
+        """Leave bytes unread on the link."""
+        self.link.read(False)
 
     def resume_reading(self) -> None:
-        """Take what is on the road."""
-        self.road.read(True)
+        """Read the bytes on the link."""
+        self.link.read(True)
 
 
-class RoadTarget(Protocol):
-    """A process that roads lead to, seen from a router."""
+class LinkTarget(Protocol):
+    """Target of a link: a process that a router dials."""
 
-    def listening(self) -> tuple[TcpListener, RoadTurns, Callable[[], None]] | None:
-        """Return what a road needs; None while nothing listens."""
+    def listening(self) -> tuple[TcpListener, LinkScheduler, Callable[[], None]] | None:
+        """Return listener, scheduler and waking function for a link; None while nothing listens."""
 
 
 class RouterProcess:
@@ -199,21 +199,21 @@ class RouterProcess:
 
     def __init__(self, owner: "WorldRouter", life: StationLife, file: BytesIO) -> None:
         self._owner = owner
-        self.turns = RouterTurns(life)
+        self.scheduler = RouterScheduler(life)
         self.router = Router(router_net_id(owner.number), source_nat=True)
         self.router.journal = self.journal = HandleJournal(file)
-        fair_queue = FairQueue(self.turns.time)
+        fair_queue = FairQueue(self.scheduler.time)
         self.listener = TcpListener(self.router, fair_queue=fair_queue, max_connections=1 << 16)
-        self.listener.begin(self.turns)
+        self.listener.begin(self.scheduler)
         net_id, part = life.net_id, owner.part
         route = Route(name="station", net_id=net_id, host=_HOST, resubscribe=part.resubscribe)
-        self.uplink = Uplink(self.router, route, self.turns, self._dial)
+        self.uplink = Uplink(self.router, route, self.scheduler, self._dial)
         self.router.add_route(net_id, self.uplink)
         self._address = self.router.register(0, self)
         self._system = AmsAddress.of(net_id, SYSTEM_PORT)
         self._query_id = 0
-        self._line: RouterLine | None = None
-        self.roads: list[Road] = []
+        self._transport: RouterTransport | None = None
+        self.links: list[NetworkLink] = []
         self._query()
 
     def deliver(self, frame: Frame) -> bool:
@@ -226,32 +226,36 @@ class RouterProcess:
         self.router.deliver(
             Frame(self._system, self._address, Command.READ_STATE, 4, 0, self._query_id, b"")
         )
-        self.turns.call_later(_QUERY_S, self._query)
+        self.scheduler.call_later(_QUERY_S, self._query)
 
     def _dial(self, uplink: Uplink) -> None:
-        self.turns.call_soon(self._connect, uplink)
+        self.scheduler.call_soon(self._connect, uplink)
 
     def _connect(self, uplink: Uplink) -> None:
         listening = self._owner.beyond.listening()
         if listening is None:
             uplink.failed("nothing listens")
             return
-        listener, turns, wake = listening
+        listener, scheduler, wake = listening
         peer = uplink.make_peer()
-        line = self._line = RouterLine(self.turns, peer, self._owner.link_changed)
-        line.road = Road(listener, turns, self._owner.part, line, self._owner.next_port(), wake)
+        transport = self._transport = RouterTransport(
+            self.scheduler, peer, self._owner.link_changed
+        )
+        transport.link = NetworkLink(
+            listener, scheduler, self._owner.part, transport, self._owner.next_port(), wake
+        )
         self._owner.link_changed()
-        peer.begin(line, _HOST, 48898)
+        peer.begin(transport, _HOST, 48898)
 
     def cut(self) -> None:
-        """The connection to the target breaks."""
-        if self._line is not None and not self._line.is_closed:
-            self._line.abort()
+        """Cut the connection to the target."""
+        if self._transport is not None and not self._transport.is_closed:
+            self._transport.abort()
 
     def station_ended(self) -> None:
-        """The station is gone, with the roads that lead there."""
-        if self._line is not None:
-            self._line.lost()
+        """End the link to the station, which has ended."""
+        if self._transport is not None:
+            self._transport.lost()
 
     def close(self) -> None:
         """End in an orderly way."""
@@ -260,16 +264,16 @@ class RouterProcess:
             connection.abort()
 
     def die(self) -> None:
-        """End without a word."""
-        self.turns.stop()
-        if self._line is not None:
-            self._line.die()
-        roads, self.roads = self.roads, []
-        for road in roads:
-            road.die()
+        """End without notice, as a killed process."""
+        self.scheduler.stop()
+        if self._transport is not None:
+            self._transport.die()
+        links, self.links = self.links, []
+        for link in links:
+            link.die()
 
     def held(self) -> dict[str, int]:
-        """Return what it holds for clients."""
+        """Return the number of resources of each kind that the router keeps for clients."""
         target = self.uplink.peer
         forwarding = None if target is None else target.forwarding
         net_id = self.uplink.route.net_id
@@ -278,7 +282,7 @@ class RouterProcess:
             "known clients": self.router.clients
             - (0 if target is None else len(list(target.senders))),
             "resources": 0 if forwarding is None else len(list(forwarding.resources)),
-            "handles in the journal": len(self.journal.held_at(net_id)),
+            "handles in the journal": len(self.journal.handles_at(net_id)),
             "client ports": 0x8000 - self.router.free_ports - 1,
         }
 
@@ -290,12 +294,12 @@ class WorldRouter:
     """
 
     def __init__(
-        self, number: int, part: DrawnRouter, life: StationLife, beyond: RoadTarget, report: Report
+        self, number: int, part: DrawnRouter, life: StationLife, beyond: LinkTarget, report: Report
     ) -> None:
         self.number, self.part, self.beyond = number, part, beyond
         self.net_id = life.net_id
         self._life, self._report = life, report
-        self._turns = RouterTurns(life)
+        self._scheduler = RouterScheduler(life)
         self._file = BytesIO()
         self._port = _FIRST_PORT
         self._frames_ns = self._sample_frames_ns = self._samples_ns = -1
@@ -311,12 +315,13 @@ class WorldRouter:
         self._port += 1
         return self._port
 
-    def listening(self) -> tuple[TcpListener, RoadTurns, Callable[[], None]] | None:
-        """Return what a road to this router needs; None while it is away."""
+    def listening(self) -> tuple[TcpListener, LinkScheduler, Callable[[], None]] | None:
+        """Return listener, scheduler and waking function for a link; None while the router is
+        down."""
         process = self.process
-        return None if process is None else (process.listener, process.turns, _nothing)
+        return None if process is None else (process.listener, process.scheduler, _nothing)
 
-    def dial(self, client: Client) -> tuple[Road, ConnectionLedger] | None:
+    def dial(self, client: Client) -> tuple[NetworkLink, ConnectionLedger] | None:
         """Open a connection to this router."""
         process = self.process
         if process is None:
@@ -325,23 +330,23 @@ class WorldRouter:
             f"client {client.number} of router {self.number}",
             *(self.now_ns, self._life.world_time, self._report, self),
         )
-        road = Road(
-            *(process.listener, process.turns, client.part, client, self.next_port(), _nothing)
+        link = NetworkLink(
+            *(process.listener, process.scheduler, client.part, client, self.next_port(), _nothing)
         )
-        process.roads = [each for each in process.roads if not each.ended]
-        process.roads.append(road)
+        process.links = [each for each in process.links if not each.ended]
+        process.links.append(link)
         self.pages.append(page)
-        return road, page
+        return link, page
 
     # what happens to it ---------------------------------------------------------------------------
 
     def move_to(self, life: StationLife) -> None:
-        """The world goes on with another station."""
+        """Continue with another station of the world."""
         self._look()
         self._life = life
-        self._turns.move_to(life)
+        self._scheduler.move_to(life)
         if self.process is not None:
-            self.process.turns.move_to(life)
+            self.process.scheduler.move_to(life)
 
     def station_ended(self) -> None:
         """The station has ended; routers that are connected to it notice."""
@@ -361,13 +366,13 @@ class WorldRouter:
         self._file = BytesIO(self._file.getvalue())
         process.die()
         self.link_changed()
-        self._turns.call_at_ns(self.now_ns() + away_ns, self.start)
+        self._scheduler.call_at_ns(self.now_ns() + away_ns, self.start)
 
     def restart(self, away_ns: int) -> None:
         """End the process in an orderly way, and start it again."""
         if self.process is not None:
             self.process.close()
-            self.process.turns.run()
+            self.process.scheduler.run()
             self.kill(away_ns)
 
     def start(self) -> None:
@@ -379,7 +384,7 @@ class WorldRouter:
         """End for good."""
         if self.process is not None:
             self.process.close()
-            self.process.turns.run()
+            self.process.scheduler.run()
             self.process.die()
             self.process = None
 
@@ -435,14 +440,15 @@ class StationPlace:
     def __init__(self, life: Callable[[], StationLife]) -> None:
         self._life = life
 
-    def listening(self) -> tuple[TcpListener, RoadTurns, Callable[[], None]] | None:
-        """Return what a road to the station needs; None while it is down."""
+    def listening(self) -> tuple[TcpListener, LinkScheduler, Callable[[], None]] | None:
+        """Return listener, scheduler and waking function for a link; None while the station is
+        down."""
         life = self._life()
-        return None if life.station.ended else (life.listener, life.turns, life.watch.wake)
+        return None if life.station.ended else (life.listener, life.scheduler, life.watch.wake)
 
 
 def _nothing() -> None:
-    """A road that ends at a router wakes nothing."""
+    """Wake nothing: a link to a router has no watch."""
 
 
 ROUTER_ACTS = {

@@ -16,6 +16,6 @@ def test_circles_of_one_connection_are_told_once_in_ten_seconds(
     warning = CircleWarning()
     with caplog.at_level(logging.WARNING, "achse.tcp"):
         for second in (0, 9, 10, 11, 19, 20):
-            warning.tell(request, "192.0.2.2:48898", second * 1_000_000_000)
+            warning.report(request, "192.0.2.2:48898", second * 1_000_000_000)
     assert len(caplog.records) == 3
     assert f"{source} to {target} go in circles by way of 192.0.2.2:48898" in caplog.text

@@ -35,16 +35,16 @@ class Transport(asyncio.Transport):
 def test_each_event_reaches_the_peer(name: Any, where: tuple[Any, ...]) -> None:
     peer: Any = Peer()
     connection = TcpConnection(peer)
-    line = Transport({"peername": name})
-    connection.connection_made(line)
-    assert line.limits == (0, None)
+    transport = Transport({"peername": name})
+    connection.connection_made(transport)
+    assert transport.limits == (0, None)
     connection.data_received(b"bytes")
     connection.pause_writing()
     connection.resume_writing()
     connection.eof_received()
     connection.connection_lost(None)
     assert peer.told == [
-        ("begin", line, *where, ("counts", True)),
+        ("begin", transport, *where, ("counts", True)),
         ("receive", b"bytes"),
         ("count",),
         ("count",),

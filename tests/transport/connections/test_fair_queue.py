@@ -47,50 +47,50 @@ class Worker:
         return not self._jobs
 
 
-def served(turns: FairQueue, worker: Worker, loop: Loop) -> bool:
-    return turns.serve(worker, loop.call_soon)
+def served(scheduler: FairQueue, worker: Worker, loop: Loop) -> bool:
+    return scheduler.serve(worker, loop.call_soon)
 
 
 def test_little_is_done_at_once() -> None:
     loop = Loop()
-    turns = FairQueue(loop.time)
+    scheduler = FairQueue(loop.time)
     worker = Worker(loop, "a", [SLICE_S / 4] * 3)
-    assert served(turns, worker, loop)
-    assert (len(turns), loop.due) == (0, deque())
+    assert served(scheduler, worker, loop)
+    assert (len(scheduler), loop.due) == (0, deque())
 
 
 def test_much_is_done_slice_by_slice_and_never_longer_than_a_turn() -> None:
     loop = Loop()
-    turns = FairQueue(loop.time)
+    scheduler = FairQueue(loop.time)
     worker = Worker(loop, "a", [SLICE_S / 4] * 1000)
-    assert not served(turns, worker, loop)
+    assert not served(scheduler, worker, loop)
     assert loop.now <= 1.25 * SLICE_S
-    while turns:
+    while scheduler:
         assert loop.round() <= TURN_S + 1.25 * SLICE_S
     assert worker.done == list(range(1000))
 
 
 def test_a_request_that_takes_long_is_done_all_the_same() -> None:
     loop = Loop()
-    turns = FairQueue(loop.time)
+    scheduler = FairQueue(loop.time)
     worker = Worker(loop, "a", [1.0, 1.0])
-    assert not served(turns, worker, loop)
+    assert not served(scheduler, worker, loop)
     loop.round()
     assert worker.done == [0, 1]
-    assert len(turns) == 0
+    assert len(scheduler) == 0
 
 
 def test_a_host_does_not_wait_for_the_many_connections_of_another_one() -> None:
     loop = Loop()
-    turns = FairQueue(loop.time)
+    scheduler = FairQueue(loop.time)
     for _ in range(500):
-        served(turns, Worker(loop, "many", [SLICE_S / 10] * 200), loop)
+        served(scheduler, Worker(loop, "many", [SLICE_S / 10] * 200), loop)
     assert loop.now <= 1.2 * SLICE_S, "only the first one of a host begins at once"
     for _ in range(50):
         loop.round()
         good = Worker(loop, "good", [SLICE_S / 10] * 3)
         began = loop.now
-        assert served(turns, good, loop)
+        assert served(scheduler, good, loop)
         assert loop.now - began <= SLICE_S
 
 
@@ -98,7 +98,7 @@ def test_whatever_comes_all_is_done_in_order_and_hosts_wait_for_hosts_alone() ->
     source = random.Random(20)
     for _ in range(30):
         loop = Loop()
-        turns = FairQueue(loop.time)
+        scheduler = FairQueue(loop.time)
         hosts = [f"host {number}" for number in range(source.randrange(1, 8))]
         longest = source.choice((0.0001, 0.001, 0.02))
         workers: list[Worker] = []
@@ -113,10 +113,10 @@ def test_whatever_comes_all_is_done_in_order_and_hosts_wait_for_hosts_alone() ->
                 )
                 workers.append(worker)
                 jobs[worker] = count
-                served(turns, worker, loop)
+                served(scheduler, worker, loop)
             elif loop.due:
                 assert loop.round() <= TURN_S + SLICE_S + longest
-        while turns:
+        while scheduler:
             assert loop.round() <= TURN_S + SLICE_S + longest
         assert all(worker.done == list(range(jobs[worker])) for worker in workers)
         assert loop.due == deque()

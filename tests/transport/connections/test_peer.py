@@ -63,11 +63,11 @@ def test_requests_are_done_in_order_however_much_others_ask(
     peers = [dial(station, f"10.0.0.{number // 2}", number) for number in range(4)]
     sources = [AmsAddress(f"10.0.0.{number}.1.1:30000") for number in range(4)]
     sent = [0] * 4
-    for number, count, turns in portions:
+    for number, count, scheduler in portions:
         data = b"".join(numbered(sources[number], sent[number] + n) for n in range(count))
         sent[number] += count
         peers[number][0].receive(data)  # also from a line that was told to pause
-        for _ in range(turns):
+        for _ in range(scheduler):
             loop.run()
     for _ in range(10_000):
         if not station.fair_queue:

@@ -23,7 +23,7 @@ PORTS = (851, 852)
 SOURCES = (AmsAddress("10.0.0.1.1.1:30000"), AmsAddress("10.0.0.2.1.1:30001"))
 
 
-class Line:
+class ByteTransport:
     """Keeps what is written."""
 
     def __init__(self) -> None:
@@ -60,7 +60,7 @@ class Bench:
         loop.close()
         listener.begin(loop)
         self.peer = Peer(listener)
-        self.line = Line()
+        self.line = ByteTransport()
         self.peer.begin(self.line, "10.0.0.1", 1)
         if not short:
             self.peer._repeated.answer = lambda data, source: (b"", 0)  # type: ignore[method-assign]
@@ -80,9 +80,9 @@ class Bench:
             case "value":
                 self.memory[value % 64] = value % 256
             case "gate":
-                router.put_gate(None if value % 2 else lambda frame, go_on: go_on(frame))
+                router.set_frame_filter(None if value % 2 else lambda frame, go_on: go_on(frame))
             case "deaf gate":
-                router.put_gate(None if value % 2 else lambda frame, go_on: True)
+                router.set_frame_filter(None if value % 2 else lambda frame, go_on: True)
             case "watcher":
                 router.put_watcher(None if value % 2 else lambda frame: None)
             case "group":
@@ -121,7 +121,7 @@ ACTS = ("value", "gate", "deaf gate", "watcher", "group", "port")
 @settings(max_examples=75)
 @given(
     pool=st.lists(requests(), min_size=1, max_size=4),
-    turns=st.lists(
+    scheduler=st.lists(
         st.one_of(
             st.lists(st.integers(0, 3), min_size=1, max_size=8),
             st.tuples(st.sampled_from(ACTS), st.integers(0, 255)),
@@ -131,11 +131,11 @@ ACTS = ("value", "gate", "deaf gate", "watcher", "group", "port")
     cuts=st.lists(st.integers(1, 200), max_size=20),
 )
 def test_the_answers_are_those_of_the_long_way(
-    pool: list[bytes], turns: list[Any], cuts: list[int]
+    pool: list[bytes], scheduler: list[Any], cuts: list[int]
 ) -> None:
     short, long = Bench(short=True), Bench(short=False)
     cuts = list(cuts)
-    for turn in turns:
+    for turn in scheduler:
         if isinstance(turn, tuple):
             for bench in (short, long):
                 bench.act(*turn)

@@ -27,7 +27,7 @@ def test_what_is_missing_and_what_is_lost(caplog: pytest.LogCaptureFixture) -> N
     assert rights.missing(answer) == NO_RIGHTS
     assert rights.missing(Frame(PLC, CLIENT, Command.NOTIFICATION, 4, 0, 1, b"")) == NO_RIGHTS
     for missing in (Right.WRITE, Right.WRITE, Right.WRITE | Right.STATE):
-        rights.tell(CLIENT, missing, "10.0.0.1:1")
+        rights.report(CLIENT, missing, "10.0.0.1:1")
     told = [line.getMessage() for line in caplog.records]
     assert [text.partition(" here")[0] for text in told] == [
         f"{CLIENT} may not write",
@@ -43,7 +43,7 @@ def test_what_is_missing_and_what_is_lost(caplog: pytest.LogCaptureFixture) -> N
 def test_lie_about_an_address_is_logged_once(caplog: pytest.LogCaptureFixture) -> None:
     rights = SenderRights()
     for _ in range(3):
-        rights.tell_lie(CLIENT, "10.0.0.1:1")
+        rights.report_spoofing(CLIENT, "10.0.0.1:1")
     assert [line.getMessage() for line in caplog.records] == [
         f"10.0.0.1:1 sends as {CLIENT}, which is the port of another program: refused with 0x723"
     ]

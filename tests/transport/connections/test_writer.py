@@ -103,7 +103,10 @@ def test_whatever_connections_do_what_is_kept_stays_within_the_limits(
         assert good_wire.came == number * (38 + 10)
         every = [(good, good_wire), *((each, wire) for each, wire, _ in made)]
         kept = [
-            each.outbox.size + each.outbox.held_size + each._stream.pending + wire.waiting
+            each.write_buffer.size
+            + each.write_buffer.delayed_size
+            + each._stream.pending
+            + wire.waiting
             for each, wire in every
         ]
         assert sum(kept) <= limit + len(every) * writer._SMALL

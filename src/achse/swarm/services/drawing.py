@@ -11,7 +11,7 @@ NET_ID = "10.200.1.1.1.1"
 """NetId of the station of a world."""
 
 HOST = "127.0.0.1"
-"""Address from which the roads of all clients come."""
+"""Address of all clients."""
 
 _SOME_RIGHTS = (
     (),

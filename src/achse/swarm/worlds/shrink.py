@@ -119,7 +119,7 @@ def _simpler(world: World) -> Iterator[World]:
 
 
 def _fewer_routers(world: World) -> Iterator[World]:
-    """Yield the world without its last router, and with routers on fast roads."""
+    """Yield the world without its last router, and with routers on fast links."""
     last = len(world.routers) - 1
     if last < 0:
         return

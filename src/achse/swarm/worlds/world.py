@@ -49,12 +49,12 @@ class Program:
 
 @dataclass(frozen=True)
 class DrawnClient:
-    """A client and its road to the station."""
+    """A client and its link to the station."""
 
     behaviour: str
     """A name of `achse.swarm.worlds.drawing.BEHAVIOURS`, for people: acts say what it does."""
     delay_ns: int
-    """Time of bytes on the road, one way."""
+    """Delay of bytes on the link, one way."""
     piece: int
     """Bytes after which, and before the end of which, a packet is cut; 0: it is not."""
     registers: bool
@@ -65,7 +65,7 @@ class DrawnClient:
 
 @dataclass(frozen=True)
 class DrawnRouter:
-    """A router without devices between clients and the station, and its road there."""
+    """A router without devices between clients and the station, and its link to the station."""
 
     delay_ns: int
     piece: int

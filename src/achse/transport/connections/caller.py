@@ -14,9 +14,9 @@ log = logging.getLogger("achse.client")
 class Caller:
     """Protocol of a client over one connection to a router, without a socket.
 
-    Frames of one turn of the loop are gathered: the owner of the line writes the bytes that `take`
-    returns at the end of the turn, and passes incoming bytes to `receive`. `received` is called
-    with each frame, `granted` with the address that the router assigns on `port_request`.
+    Frames of one turn of the loop are gathered: the owner of the transport writes the bytes that
+    `take` returns at the end of the turn, and passes incoming bytes to `receive`. `received` is
+    called with each frame, `granted` with the address that the router assigns on `port_request`.
     """
 
     def __init__(

@@ -16,7 +16,7 @@ class CircleWarning:
     def __init__(self) -> None:
         self._next_ns = 0
 
-    def tell(self, request: Frame, peer: str, now_ns: int) -> None:
+    def report(self, request: Frame, peer: str, now_ns: int) -> None:
         """Warn of a request that came by way of `peer`, unless that was done lately."""
         if now_ns < self._next_ns:
             return

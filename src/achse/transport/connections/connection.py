@@ -1,4 +1,4 @@
-"""A TCP connection with a peer: what asyncio tells, handed on."""
+"""TCP connection with a peer: passes events of asyncio on to it."""
 
 import asyncio
 import contextlib
@@ -8,12 +8,12 @@ from typing import Any, cast
 from achse.transport.connections.peer import Peer
 
 _KEEPALIVE = {"TCP_KEEPIDLE": 30, "TCP_KEEPINTVL": 10, "TCP_KEEPCNT": 3}
-"""Seconds of silence before a peer is asked whether it is still there, and between such questions;
-how many may stay unanswered. A peer that vanished without a word is gone after a minute."""
+"""Seconds of silence before a TCP keep-alive probe, and between probes; number of probes without an
+answer. A peer that vanished without notice is disconnected after a minute."""
 
 
 class TcpConnection(asyncio.Protocol):
-    """The line of `peer` is a transport of asyncio: TCP, or TLS over it."""
+    """Protocol of asyncio whose transport, TCP or TLS over it, is that of `peer`."""
 
     def __init__(self, peer: Peer) -> None:
         self.peer = peer
@@ -21,12 +21,12 @@ class TcpConnection(asyncio.Protocol):
         self.data_received = peer.receive  # type: ignore[method-assign]
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
-        line = cast(asyncio.Transport, transport)
-        line.set_write_buffer_limits(high=0)  # so that each change is told
-        self.peer.socket = line.get_extra_info("socket")
+        byte_transport = cast(asyncio.Transport, transport)
+        byte_transport.set_write_buffer_limits(high=0)  # so that each change is reported
+        self.peer.socket = byte_transport.get_extra_info("socket")
         _keep_alive(self.peer.socket)
-        name: Any = line.get_extra_info("peername")
-        self.peer.begin(line, *(name[:2] if name else ()), counts=True)
+        name: Any = byte_transport.get_extra_info("peername")
+        self.peer.begin(byte_transport, *(name[:2] if name else ()), counts=True)
 
     def pause_writing(self) -> None:
         self.peer.count()

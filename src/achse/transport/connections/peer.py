@@ -1,8 +1,7 @@
 """The peer at the far end of a connection, without a socket: bytes in, frames out, and back.
 
-What is learned, gathered, held back, asked and answered is decided here. What carries the bytes is
-a `Line`, and who calls back at a time are `Turns`: a TCP transport and its loop, a serial line, a
-test.
+Learning, buffering and forwarding are decided here. A `ByteTransport` carries the bytes, and a
+`Scheduler` calls back at a time: a TCP transport and its loop, a serial line, a test.
 
 Source: 000 §3.2.
 """
@@ -27,10 +26,10 @@ from achse.router.forwarding.journal import LinkJournal
 from achse.router.forwarding.restoring import LinkMemory
 from achse.router.rights import ALL_RIGHTS, Right
 from achse.router.routes import Admission, Route
+from achse.transport.connections.byte_transport import ByteTransport, PeerOwner
 from achse.transport.connections.circles import CircleWarning
 from achse.transport.connections.known.frames import KnownFrames
 from achse.transport.connections.known.single import HEAD, SMALL_PORTION
-from achse.transport.connections.line import Line, PeerOwner
 from achse.transport.connections.port_service import serve_ports
 from achse.transport.connections.repeated import REQUEST_SIZE, RepeatedReads
 from achse.transport.connections.sender_rights import SenderRights, missing_route
@@ -51,14 +50,14 @@ _LINGER = 5.0
 class Peer(PeerWriter):
     """The far end of one connection; for the router it is an endpoint.
 
-    The one who has the line calls `begin` when it is there, `receive` with what came, `count` when
-    more or less of what was written waits, `close` when nothing more comes, and `ended` when it is
-    gone. Frames for the peer are gathered and written once per turn. A peer that does not read is
-    cut off when more than `max_backlog` bytes wait for it.
+    The owner of the transport calls `begin` once it is connected, `receive` with bytes, `count`
+    when the size of its write buffer changes, `close` at the end of the input, and `ended` when the
+    transport is closed. Frames for the peer are gathered and written once per turn. A peer that
+    does not read is cut off when more than `max_backlog` bytes wait for it.
     """
 
     _code_at_end: ReturnCode | None = None
-    """Answer to requests that are unanswered when the line ends; None: their clients time out."""
+    """Answer to pending requests when the transport is closed; None: their clients time out."""
 
     _memory: LinkMemory | None = None
     """Clients of this connection until the next one is there; None: they are not kept."""
@@ -67,7 +66,7 @@ class Peer(PeerWriter):
     """Symbol handles of clients at the far end; None: they are not kept."""
 
     _ends_subscription = False
-    """True if the next answer has to come behind the notifications that are kept back."""
+    """True if the next answer has to follow the delayed notifications."""
 
     _unchanged = True
     """True if frames are passed on without changes to their addresses."""
@@ -80,10 +79,10 @@ class Peer(PeerWriter):
         self.last_source = b""
         self.rights = SenderRights()
         self._comes_from_router = False
-        self.lies = False
+        self.is_spoofing = False
         """True if the last sender gave an address that belongs to a port of another endpoint."""
         self._forwarding: Forwarding | None = None
-        """Requests of other clients, from the first one until the line ends."""
+        """Requests of other clients, from the first one until the transport is closed."""
         self._repeated = RepeatedReads(owner.router)
         self._known_frames: KnownFrames | None = None
         """Frames that are not decoded, from the first forwarded request on."""
@@ -97,32 +96,32 @@ class Peer(PeerWriter):
         self._partial = False
         """True while a packet lacks its end."""
         self._late: list[bytes] = []
-        """Chunks that the line delivers after it was paused."""
+        """Chunks that the transport delivers after it was paused."""
         self._paused = False
         self.registered: list[AmsAddress] = []
         """Local ports that the peer holds."""
         self.peer, self.peer_host = "?", ""
         self.socket: Any = None
-        """The socket below its line, if there is one."""
+        """The socket below its transport, if there is one."""
 
-    # the line ----------------------------------------------------------------------------------
+    # the transport -----------------------------------------------------------------------------
 
     def begin(
         self,
-        line: Line,
+        transport: ByteTransport,
         host: str = "",
         port: int = 0,
         *,
         congested: int = CONGESTED,
         counts: bool = False,
     ) -> None:
-        """Bytes go by `line` from now on; its far end is at `host`:`port`, if that is known.
+        """Send bytes by `transport` from now on; its far end is at `host`:`port`, if known.
 
-        More than `congested` bytes that wait on it are too many for what can wait as well. With
-        `counts` it calls `count` as soon as something that was written waits.
+        With more than `congested` bytes in its write buffer, notifications are kept back. With
+        `counts` it calls `count` as soon as written bytes wait.
         """
-        self._line = line
-        self.direct_write = line.write if counts else self.write
+        self._transport = transport
+        self.direct_write = transport.write if counts else self.write
         self._congested = congested
         self.connected = True
         if host:
@@ -131,17 +130,17 @@ class Peer(PeerWriter):
         self.owner.opened(self)
 
     def ended(self) -> None:
-        """The line is gone."""
-        self._line = None
+        """Clear all: the transport is closed."""
+        self._transport = None
         self._leave()
         self.owner.closed(self)
         forwarding, self._forwarding = self._forwarding, None
         if forwarding is None:
             return
-        lost, unanswered = forwarding.end(self._code_at_end)
-        for answer in unanswered:
+        clients, answers = forwarding.end(self._code_at_end)
+        for answer in answers:
             self.router.deliver(answer)
-        for session in lost:
+        for session in clients:
             self._report_loss(session)
 
     def receive(self, data: bytes) -> None:
@@ -166,8 +165,10 @@ class Peer(PeerWriter):
             if whole and self._unchanged and not self.rights:
                 answers, done = self._repeated.answer(data, self.last_source)
                 if done:
-                    self.router.asking.asked(self.last_source, done // REQUEST_SIZE)
-                    self.outbox.put(answers)
+                    self.router.client_figures.count_requests(
+                        self.last_source, done // REQUEST_SIZE
+                    )
+                    self.write_buffer.put(answers)
                     if done == len(data):
                         self._flush()
                         return
@@ -177,8 +178,8 @@ class Peer(PeerWriter):
         self._events, self._undone = self._events_of(data), len(data)
         if not self.owner.fair_queue.serve(self, self.owner.loop.call_soon):
             self.count()
-            if self._line is not None:
-                self._line.pause_reading()
+            if self._transport is not None:
+                self._transport.pause_reading()
                 self._paused = True
 
     def work(self, until: float) -> bool:
@@ -190,8 +191,8 @@ class Peer(PeerWriter):
         if done and self._undone:
             self._undone = 0
             self.count()
-            if self._paused and self._line is not None:
-                self._line.resume_reading()
+            if self._paused and self._transport is not None:
+                self._transport.resume_reading()
             self._paused = False
         return done or not self.connected
 
@@ -209,7 +210,7 @@ class Peer(PeerWriter):
                     event.origin = self
                     if event.source != self.last_source and not self._learn(event.source):
                         return False
-                    if (self.rights or self.lies) and self._refuse(event):
+                    if (self.rights or self.is_spoofing) and self._refuse(event):
                         continue
                     backwards = event.is_response or event.command == Command.NOTIFICATION
                     if backwards and not self._comes_back(event):
@@ -249,7 +250,7 @@ class Peer(PeerWriter):
         return self._forwarding is not None if server is None else server in (self, self.owner)
 
     def _apologize(self, frame: Frame) -> None:
-        """Something in here broke over this frame: tell the log and anyone who asked."""
+        """Log an internal error over this frame, and answer its sender."""
         log.exception(
             "a frame of %s to %s could not be delivered",
             *(AmsAddress(frame.source), AmsAddress(frame.target)),
@@ -265,7 +266,7 @@ class Peer(PeerWriter):
         self.connected = False
         if self._forwarding is not None:
             self._forwarding.requests.stop()
-        self.outbox.clear()
+        self.write_buffer.clear()
         self._events, self._undone = iter(()), 0
         self._late.clear()
         self._stream.drop()
@@ -287,7 +288,7 @@ class Peer(PeerWriter):
         """Note where `source` is; False if it may not come here and the connection ends."""
         router = self.router
         self.last_source = source
-        self.lies = (router.local_endpoint(source) or self) is not self
+        self.is_spoofing = (router.local_endpoint(source) or self) is not self
         ours = router.is_local(source[:6]) and self.owner.serves_ports(self.peer_host)
         if not self.senders and log.isEnabledFor(logging.INFO):
             facts = {"client": self.client, "peer": self.peer}
@@ -327,7 +328,7 @@ class Peer(PeerWriter):
         """Return the rights of frames from `net_id` with this admission."""
         return self.router.routes.rights(net_id, admission)
 
-    def judge_again(self, route: Route) -> None:
+    def review_access(self, route: Route) -> None:
         """This route came, went or changed: a sender that may less now comes again from the start.
 
         So nothing goes on that it had subscribed to or opened when it might more.
@@ -343,17 +344,17 @@ class Peer(PeerWriter):
 
     def _refuse(self, frame: Frame) -> bool:
         """Refuse a request for which its sender has no right."""
-        lies = self.lies and self.router.is_local(frame.target[:6])
-        missing = ALL_RIGHTS if lies else self.rights.missing(frame)
+        is_spoofing = self.is_spoofing and self.router.is_local(frame.target[:6])
+        missing = ALL_RIGHTS if is_spoofing else self.rights.missing(frame)
         if not missing:
             return False
         self.router.denied += 1
-        self.router.asking.asked(frame.source)
-        self.router.asking.refused(frame.source)
-        if lies:
-            self.rights.tell_lie(frame.source, self.peer)
+        self.router.client_figures.count_requests(frame.source)
+        self.router.client_figures.count_error(frame.source)
+        if is_spoofing:
+            self.rights.report_spoofing(frame.source, self.peer)
         else:
-            self.rights.tell(frame.source, missing, self.peer)
+            self.rights.report(frame.source, missing, self.peer)
         if not frame.flags & _UNANSWERED and frame.command != Command.NOTIFICATION:
             self.deliver(frame.reply(error=ReturnCode.DEVICE_ACCESS_DENIED.number))
         return True
@@ -387,7 +388,7 @@ class Peer(PeerWriter):
             self._may_know(client)
             return outcome
         if outcome is ReturnCode.TARGET_MACHINE_NOT_FOUND:
-            self._circles.tell(frame, self.peer, now)
+            self._circles.report(frame, self.peer, now)
         if not frame.flags & _NO_RESPONSE:
             router.deliver(frame.reply(error=outcome.number))
         return None
@@ -414,7 +415,7 @@ class Peer(PeerWriter):
         """Note the sender of known frames; False if they have to be decoded."""
         if source != self.last_source and not self._learn(source):
             return False
-        return not self.lies
+        return not self.is_spoofing
 
     @property
     def limited(self) -> bool:
@@ -446,7 +447,7 @@ class Peer(PeerWriter):
             self.warn("its subscriptions and handles at %s ended with the connection there", target)
             self.close()
 
-    # out ---------------------------------------------------------------------------------------
+    # writing -----------------------------------------------------------------------------------
 
     def deliver(self, frame: Frame) -> bool:
         """Send `frame` to the peer; False if the connection is gone.
@@ -465,21 +466,21 @@ class Peer(PeerWriter):
             return True
         packet = frame.encode_tcp()
         if frame.command == Command.ADD_NOTIFICATION and frame.is_response:
-            self.outbox.added(self.owner.loop.time())
+            self.write_buffer.added(self.owner.loop.time())
         elif frame.command == Command.NOTIFICATION:
-            if self._hold(packet):
+            if self._delay(packet):
                 return True
-        elif self.outbox.held_size and (self._ends_subscription or _is_deleted(frame)):
+        elif self.write_buffer.delayed_size and (self._ends_subscription or _is_deleted(frame)):
             self._ends_subscription = False
-            if self.outbox.hold_answer(packet):
+            if self.write_buffer.delay_answer(packet):
                 self.count()
                 return True
         self._put(packet)
         return True
 
     def subscription_ended(self) -> None:
-        """The next answer says that a subscription has ended: no sample comes after it."""
-        self._ends_subscription = self.outbox.due is not None
+        """Send the next answer, the end of a subscription, behind the delayed samples."""
+        self._ends_subscription = self.write_buffer.due is not None
 
     @property
     def unprocessed(self) -> int:
@@ -489,7 +490,7 @@ class Peer(PeerWriter):
     def break_off(self, frame: Frame) -> None:
         """Send the first half of `frame`, then end the connection: a cable pulled in between."""
         packet = frame.encode_tcp()
-        self.outbox.put(packet[: len(packet) // 2])
+        self.write_buffer.put(packet[: len(packet) // 2])
         self.close()
 
     @property
@@ -499,39 +500,39 @@ class Peer(PeerWriter):
         return str(AmsAddress(address)) if address else ""
 
     def warn(self, reason: str, *details: object) -> None:
-        """Log why the connection ends, and whose it is."""
+        """Log the reason of the end of this connection, with its client."""
         client = self.client
-        whom = f"{self.peer}, client {client}" if client else self.peer
+        name = f"{self.peer}, client {client}" if client else self.peer
         facts = {"client": client, "peer": self.peer}
-        log.warning("closing %s: " + reason, whom, *details, extra=facts)
+        log.warning("closing %s: " + reason, name, *details, extra=facts)
 
     def turn_out(self, reason: str, *details: object) -> None:
-        """Log why the connection ends, and end it."""
+        """Log the reason, and close the connection."""
         self.warn(reason, *details)
         self.close()
 
-    def give_up(self) -> Line:
-        """The line, for somebody else to use: nothing more comes or goes here."""
-        line, self._line = self._line, None
-        assert line is not None
+    def give_up(self) -> ByteTransport:
+        """Return the transport for another use: this peer reads and writes nothing more."""
+        transport, self._transport = self._transport, None
+        assert transport is not None
         self._leave()
-        return line
+        return transport
 
     def abort(self) -> None:
         """Close at once; what waits for the peer is lost."""
         self._leave()
-        if self._line is not None:
-            self._line.abort()
+        if self._transport is not None:
+            self._transport.abort()
 
     def close(self) -> None:
         """Send what is due and close; a peer that does not take it in time is cut off."""
         self._flush()
-        if self.connected and self._line is not None:
+        if self.connected and self._transport is not None:
             self._leave()
-            self._line.close()
-            if self._line.get_write_buffer_size():
-                turns = self.owner.loop
-                turns.call_at(turns.time() + _LINGER, self.abort)
+            self._transport.close()
+            if self._transport.get_write_buffer_size():
+                scheduler = self.owner.loop
+                scheduler.call_at(scheduler.time() + _LINGER, self.abort)
 
 
 def _is_deleted(frame: Frame) -> bool:

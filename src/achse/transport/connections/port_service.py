@@ -40,9 +40,9 @@ def _answer(peer: "Peer", command: TcpCommand, data: bytes) -> None:
 
 
 def _register(peer: "Peer", port: int) -> None:
-    held, router = len(peer.registered), peer.router
-    if held and (held >= _PORTS_PER_CONNECTION or router.free_ports <= _PORTS_LEFT):
-        peer.turn_out("it holds %d ports, further ones are for others", held)
+    registered, router = len(peer.registered), peer.router
+    if registered and (registered >= _PORTS_PER_CONNECTION or router.free_ports <= _PORTS_LEFT):
+        peer.turn_out("it holds %d ports, further ones are for others", registered)
         return
     try:
         address = router.register(port, peer)

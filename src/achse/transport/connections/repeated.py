@@ -89,7 +89,7 @@ class RepeatedReads:
                 break
             try:
                 value = way.groups[way.group].read(way.group, way.offset, way.length, source)
-            except Exception:  # the long way meets it again, and tells
+            except Exception:  # decoding raises it again, and reports it
                 break
             length = len(value)
             before, behind = way.heads.get(length) or way.head(length)
@@ -98,7 +98,7 @@ class RepeatedReads:
         return b"".join(answers), position
 
     def clear(self) -> None:
-        """Forget all: the peer is gone."""
+        """Drop all: the peer is disconnected."""
         self._noted.clear()
 
     def _note(self, key: bytes, source: bytes) -> None:

@@ -21,7 +21,7 @@ class SenderRights:
         return bool(self.limited)
 
     def assign(self, source: bytes, rights: Right) -> Right:
-        """From now on `source` has these rights; what it had before and has no longer."""
+        """Set the rights of `source`; return those that it has lost."""
         before = self.limited.pop(source, ALL_RIGHTS)
         if rights != ALL_RIGHTS:
             self.limited[source] = rights
@@ -37,7 +37,7 @@ class SenderRights:
             return NO_RIGHTS
         return needed_rights(frame) & ~self.limited.get(frame.source, ALL_RIGHTS)
 
-    def tell(self, source: bytes, missing: Right, peer: str) -> None:
+    def report(self, source: bytes, missing: Right, peer: str) -> None:
         """Log that the sender has not this right, once for each right."""
         if missing & ~self._reported_rights:
             self._reported_rights |= missing
@@ -48,7 +48,7 @@ class SenderRights:
                 extra={"client": str(client), "peer": peer},
             )
 
-    def tell_lie(self, source: bytes, peer: str) -> None:
+    def report_spoofing(self, source: bytes, peer: str) -> None:
         """Log that the sender gives an address that belongs to another one's port, once."""
         if not self._lie_reported:
             self._lie_reported = True

@@ -49,7 +49,7 @@ def test_answers_to_requests_go_until_one_has_to_be_decoded(kinds: list[str], si
     made.loop.run()
     came = made.clients[0][1].written[len(before) :]
     assert len(came) == whole
-    assert made.host.router.asking[read(0)[14:22]].errors == kinds[
+    assert made.host.router.client_figures[read(0)[14:22]].errors == kinds[
         : next((n for n, kind in enumerate(kinds) if kind in ("error", "unknown")), None)
     ].count("failed")
 

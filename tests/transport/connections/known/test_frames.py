@@ -105,8 +105,8 @@ class World:
     def state(self) -> Any:
         """What came to all ends, and what the router notes of it."""
         router, uplink = self.host.router, self.uplink
-        asking = {each: (router.asking[each].requests, router.asking[each].errors)
-                  for each in router.asking}  # fmt: skip
+        counts = {source: (figures.requests, figures.errors)
+                  for source, figures in router.client_figures.by_source.items()}  # fmt: skip
         forwarding = None if uplink.peer is None else uplink.peer.forwarding
         ledger: Any = None
         if forwarding is not None:
@@ -122,7 +122,7 @@ class World:
         return (
             [(end.written, end.over) for _, end, _ in self.clients],
             [(end.written, end.over) for end in self.targets],
-            (asking, router.lost_frames, uplink.refused, uplink.losses, len(self.watched)),
+            (counts, router.lost_frames, uplink.refused, uplink.losses, len(self.watched)),
             ledger,
         )
 

@@ -95,7 +95,7 @@ def test_requests_are_left_after_a_change_of_the_way(change: str) -> None:
     assert forwarded(made, read(8)) == len(read(8))
     match change:
         case "gate":
-            router.put_gate(lambda frame, hand_on: hand_on(frame))
+            router.set_frame_filter(lambda frame, hand_on: hand_on(frame))
         case "route":
             router.remove_route(DEVICES[0].net_id)
         case "connection":

@@ -154,7 +154,7 @@ class KnownAnswers(KnownHeads[_Known]):
         if last is not None:
             self._forwarding.answered(last, count, load)
             for _ in range(failed):
-                self._far.router.asking.refused(exchange.session.source)
+                self._far.router.client_figures.count_error(exchange.session.source)
             near.gather(parts, position - begin)
         return position
 
@@ -177,12 +177,12 @@ class KnownAnswers(KnownHeads[_Known]):
         invoke_ids, results = zip(*fields.iter_unpack(data[position:stop]), strict=True)
         if any(results) or len(set(invoke_ids)) != count:
             return None
-        asked = tuple(map(requests.get, invoke_ids))
-        if not all(each is not None and each.change is None for each in set(asked)):
+        pending = tuple(map(requests.get, invoke_ids))
+        if not all(each is not None and each.change is None for each in set(pending)):
             return None
-        load = sum(map(_size, asked))
+        load = sum(map(_size, pending))
         deque(map(requests.__delitem__, invoke_ids), 0)
-        return head + head.join(rests), count, load, cast(PendingRequest, asked[-1])
+        return head + head.join(rests), count, load, cast(PendingRequest, pending[-1])
 
     def _learn(
         self, head: bytes, command: int, flags: int, size: int, length: int

@@ -82,7 +82,7 @@ class KnownFrames:
             position = stop
 
     def clear(self) -> None:
-        """Forget all: the peer is gone."""
+        """Drop all: the peer is disconnected."""
         self.singles.clear()
         self._requests.clear()
         if self._answers is not None:

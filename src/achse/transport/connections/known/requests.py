@@ -229,7 +229,7 @@ class KnownRequests(KnownHeads[_Known]):
             count += 1
         if count:
             way.forwarding.sent(session, count, load, now)
-            self._near.router.asking.asked(session.source, count)
+            self._near.router.client_figures.count_requests(session.source, count)
             way.uplink.last_request = now / 1e9
             windows, size = way.forwarding.windows, position - begin
             if not windows.is_open(session.load):

@@ -65,13 +65,13 @@ def single_request(near: "Peer", way: "KnownWay", head: bytes, length: int, comm
     exchange, uplink = way.exchange, way.uplink
     session, requests = exchange.session, exchange.requests
     source, load = session.source, session.load
-    table, clients = way.forwarding.requests, router.asking
+    table, clients = way.forwarding.requests, router.client_figures
     figures = clients.figures(source)
     time, unpack = near.owner.loop.time, _ID_GROUP_AND_LENGTH.unpack_from
     is_read, is_write = command == _READ, command == _WRITE
     fixed = 12 if is_read else length - HEADERS_SIZE
     alone = PendingRequest(session, command, _REQUEST, None, 0, 0)
-    out, write = far.outbox, far.direct_write
+    out, write = far.write_buffer, far.direct_write
 
     def pass_on(data: bytes) -> bool:
         if (
@@ -112,7 +112,7 @@ def single_request(near: "Peer", way: "KnownWay", head: bytes, length: int, comm
             table.different += 1
             write(head + data[REST])
         if figures.forgotten:
-            clients.asked(source)
+            clients.count_requests(source)
         else:
             figures.requests += 1
         uplink.last_request = now
@@ -136,7 +136,7 @@ def single_answer(
     session, requests, further = exchange.session, exchange.requests, exchange.further
     source, target, load = session.source, exchange.target, session.load
     unpack, get = _ID_AND_RESULT.unpack_from, requests.get
-    out, write = near.outbox, near.direct_write
+    out, write = near.write_buffer, near.direct_write
 
     def pass_on(data: bytes) -> bool:
         if (
@@ -167,7 +167,7 @@ def single_answer(
         if not session.listed:
             forwarding.rest(session)
         if result:
-            router.asking.refused(source)
+            router.client_figures.count_error(source)
         if out.size or near.unread:
             near.write(head + data[REST])
         else:

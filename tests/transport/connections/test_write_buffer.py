@@ -3,31 +3,31 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
-from achse.transport.connections.outbox import Outbox
+from achse.transport.connections.write_buffer import WriteBuffer
 
 
 def test_samples_wait_behind_the_answer_to_an_add() -> None:
-    out = Outbox()
-    assert not out.hold(b"before", 1.0)
+    out = WriteBuffer()
+    assert not out.delay(b"before", 1.0)
     out.put(b"answer")
     out.added(1.0)
-    assert out.hold(b"sample", 1.005)
-    assert (out.size, out.held_size, out.due) == (6, 6, 1.01)
+    assert out.delay(b"sample", 1.005)
+    assert (out.size, out.delayed_size, out.due) == (6, 6, 1.01)
     out.release(1.009)
     assert out.take() == b"answer"
-    assert out.hold(b"later", 1.02)  # others are kept: the order stays
+    assert out.delay(b"later", 1.02)  # others are delayed: the order stays
     out.release(1.02)
     assert out.take() == b"samplelater"
-    assert (out.size, out.held_size, out.due) == (0, 0, None)
+    assert (out.size, out.delayed_size, out.due) == (0, 0, None)
 
 
 def test_a_peer_that_is_gone_keeps_nothing() -> None:
-    out = Outbox()
+    out = WriteBuffer()
     out.added(0.0)
     out.put(b"answer")
-    out.hold(b"sample", 0.0)
+    out.delay(b"sample", 0.0)
     out.clear()
-    assert (out.size, out.held_size, out.due) == (0, 0, None)
+    assert (out.size, out.delayed_size, out.due) == (0, 0, None)
 
 
 @given(
@@ -39,7 +39,7 @@ def test_a_peer_that_is_gone_keeps_nothing() -> None:
 def test_samples_come_in_order_none_is_lost_and_each_waits_as_long_as_it_must(
     steps: list[tuple[str, int]],
 ) -> None:
-    out, now = Outbox(), 0.0
+    out, now = WriteBuffer(), 0.0
     sent, expected = bytearray(), list[int]()
     added = -1.0
     early: dict[int, float] = {}
@@ -53,7 +53,7 @@ def test_samples_come_in_order_none_is_lost_and_each_waits_as_long_as_it_must(
         elif what == "sample":
             expected.append(number)
             early[number] = added + 0.01
-            if not out.hold(packet, now):
+            if not out.delay(packet, now):
                 out.put(packet)
         elif what == "wait":
             now += size / 1000
@@ -67,4 +67,4 @@ def test_samples_come_in_order_none_is_lost_and_each_waits_as_long_as_it_must(
     if out.size:
         sent += out.take()
     assert [each for each in sent if each in expected] == expected
-    assert (out.size, out.held_size, out.due) == (0, 0, None)
+    assert (out.size, out.delayed_size, out.due) == (0, 0, None)

@@ -1,14 +1,14 @@
-"""What asyncio offers is what a peer needs of its line and of who calls it back."""
+"""Transports and loops of asyncio have all that a peer needs."""
 
 import asyncio
 
-from achse.transport.connections.line import Line, Timer, Turns
+from achse.transport.connections.byte_transport import ByteTransport, Scheduler, Timer
 
 
 def test_transports_and_loops_of_asyncio_serve_a_peer() -> None:
     for needed, offered in (
-        (Line, asyncio.Transport),
-        (Turns, asyncio.AbstractEventLoop),
+        (ByteTransport, asyncio.Transport),
+        (Scheduler, asyncio.AbstractEventLoop),
         (Timer, asyncio.TimerHandle),
     ):
         methods = {name for name in vars(needed) if not name.startswith("_")}

@@ -1,6 +1,7 @@
-"""The surroundings of a peer: a line that carries bytes, calls at a time, and its owner.
+"""Interfaces that a peer needs: a transport of bytes, a scheduler of calls, and its owner.
 
-An asyncio transport is a `Line`, and its loop is `Turns`; tests and other roads have their own.
+An asyncio transport is a `ByteTransport`, and its loop is a `Scheduler`; tests and other transports
+have their own.
 """
 
 from collections.abc import Callable
@@ -14,42 +15,42 @@ if TYPE_CHECKING:
     from achse.transport.connections.peer import Peer
 
 
-class Line(Protocol):
+class ByteTransport(Protocol):
     """Carrier of bytes to a peer, in order."""
 
     def write(self, data: bytes, /) -> None:
-        """Send `data`, or keep it until the peer takes it."""
+        """Send `data`, or buffer it until the peer reads it."""
         ...
 
     def get_write_buffer_size(self) -> int:
-        """Bytes that the peer has not taken yet."""
+        """Return the number of buffered bytes."""
         ...
 
     def close(self) -> None:
-        """End once the peer has taken everything."""
+        """Close once the buffer is empty."""
         ...
 
     def abort(self) -> None:
-        """End at once."""
+        """Close at once."""
         ...
 
     def pause_reading(self) -> None:
-        """Bring nothing for the present, or little."""
+        """Deliver no more bytes, or few, until `resume_reading`."""
         ...
 
     def resume_reading(self) -> None:
-        """Bring on what comes."""
+        """Deliver received bytes again."""
         ...
 
 
 class Timer(Protocol):
-    """A call to come."""
+    """A scheduled call."""
 
     def cancel(self) -> None: ...
 
 
-class Turns(Protocol):
-    """Source of calls: at the end of this turn, or at a time in seconds."""
+class Scheduler(Protocol):
+    """Scheduler of calls: at the end of this turn, or at a time in seconds."""
 
     def time(self) -> float: ...
 
@@ -69,14 +70,14 @@ class PeerOwner(Protocol):
     fair_queue: FairQueue
 
     @property
-    def loop(self) -> Turns: ...
+    def loop(self) -> Scheduler: ...
 
     def serves_ports(self, host: str) -> bool:
         """Return True if a peer at `host` may register ports here."""
         ...
 
     def opened(self, peer: "Peer") -> None:
-        """Its line is there."""
+        """Note that the transport of `peer` is connected."""
 
     def closed(self, peer: "Peer") -> None:
-        """Its line is gone."""
+        """Note that the transport of `peer` is closed."""

@@ -1,6 +1,6 @@
-"""The road between clients and a station: bytes with a delay, cut anywhere, lost with their line.
+"""Simulated network link between a client and a station: bytes with a delay, cut anywhere.
 
-It has the place of TCP: what arrives is in order and whole, until the connection ends. Time is the
+It replaces TCP: bytes arrive complete and in order until the connection ends. Its clock is the
 station's, so that the same world sees the same bytes at the same cycle.
 """
 
@@ -11,7 +11,7 @@ from typing import Protocol
 
 from achse.station import Station
 from achse.station.clocks.cycle import Phase, PhasePlace
-from achse.transport.connections.line import Timer
+from achse.transport.connections.byte_transport import Timer
 from achse.transport.connections.peer import Peer
 from achse.transport.tcp.listener import TcpListener
 
@@ -19,7 +19,7 @@ _HOST = "127.0.0.1"
 
 
 class TimedCall:
-    """A call to come; `cancel` makes it do nothing."""
+    """A scheduled call; `cancel` makes it do nothing."""
 
     def __init__(self, callback: Callable[..., object], arguments: tuple[object, ...]) -> None:
         self._callback: Callable[..., object] | None = callback
@@ -33,10 +33,10 @@ class TimedCall:
         self._callback = None
 
 
-class StationTurns(Phase):
-    """The calls of a loop, in station time, between two cycles as those of a running station."""
+class StationScheduler(Phase):
+    """Scheduler in station time; calls are made between two cycles, as in a running station."""
 
-    place, name = PhasePlace.UPKEEP, "roads"
+    place, name = PhasePlace.UPKEEP, "links"
     due_ns: float = math.inf
 
     def __init__(self, station: Station) -> None:
@@ -80,7 +80,7 @@ class StationTurns(Phase):
         return call
 
     def step(self, now_ns: int) -> None:
-        """Do what is due."""
+        """Make the calls that are due."""
         self.run()
         while self._calls and self._calls[0][0] <= now_ns:
             heapq.heappop(self._calls)[2]()
@@ -88,15 +88,15 @@ class StationTurns(Phase):
         self.due_ns = self._calls[0][0] if self._calls else math.inf
 
     def run(self) -> None:
-        """Do what is to be done soon, and what that leads to."""
+        """Make the calls of this turn, and those that they add."""
         while self._soon:
             calls, self._soon = self._soon, []
             for call in calls:
                 call()
 
 
-class RoadTurns(Protocol):
-    """Interface of the loop at the station's end of a road; times are those of its clock."""
+class LinkScheduler(Protocol):
+    """Scheduler at the station's end of a link, in the time of its clock."""
 
     def time(self) -> float: ...
 
@@ -117,8 +117,8 @@ class RoadTurns(Protocol):
     def run(self) -> None: ...
 
 
-class RoadPart(Protocol):
-    """The drawn facts of a road."""
+class LinkParameters(Protocol):
+    """Drawn parameters of a link."""
 
     @property
     def delay_ns(self) -> int: ...
@@ -128,7 +128,7 @@ class RoadPart(Protocol):
 
 
 class FarEnd(Protocol):
-    """The client at the far end of a road."""
+    """Client at the far end of a link."""
 
     def receive(self, data: bytes) -> None:
         """Take bytes that arrived."""
@@ -137,20 +137,20 @@ class FarEnd(Protocol):
         """The connection has ended."""
 
 
-class Road:
-    """One connection between a client and the station; for the station's `Peer` it is the line."""
+class NetworkLink:
+    """One connection between a client and the station; the transport of the station's `Peer`."""
 
     def __init__(
         self,
         listener: TcpListener,
-        turns: RoadTurns,
-        part: RoadPart,
+        scheduler: LinkScheduler,
+        part: LinkParameters,
         client: FarEnd,
         port: int,
         wake: Callable[[], None],
     ) -> None:
-        """`wake` is called before the station sees something from this road."""
-        self._turns = turns
+        """`wake` is called before the station receives something from this link."""
+        self._scheduler = scheduler
         self._part = part
         self._client = client
         self._wake = wake
@@ -158,7 +158,7 @@ class Road:
         """Time at which the last bytes arrive, at the station and at the client."""
         self._unread: list[bytes] = []
         self._under_way = 0
-        """Bytes that the client has not taken."""
+        """Bytes that the client has not read."""
         self._backlog: list[bytes] | None = None
         """Bytes for a station that has paused."""
         self.reads = True
@@ -174,7 +174,7 @@ class Road:
             return
         for piece in self._cut(data):
             self._there_ns = self._after(self._there_ns)
-            self._turns.call_at_ns(self._there_ns, self._arrive, piece)
+            self._scheduler.call_at_ns(self._there_ns, self._arrive, piece)
 
     def hang_up(self, *, orderly: bool) -> None:
         """End the connection, after what was sent if `orderly`."""
@@ -182,10 +182,10 @@ class Road:
             return
         self._is_abandoned = True
         self._there_ns = self._after(self._there_ns if orderly else 0)
-        self._turns.call_at_ns(self._there_ns, self._end)
+        self._scheduler.call_at_ns(self._there_ns, self._end)
 
     def read(self, reads: bool) -> None:
-        """Take bytes from now on, or leave them on the road."""
+        """Read bytes from now on, or leave them unread on the link."""
         self.reads = reads
         if reads and not self.ended:
             unread, self._unread = self._unread, []
@@ -201,31 +201,31 @@ class Road:
         for piece in self._cut(bytes(data)):
             self._under_way += len(piece)
             self._back_ns = self._after(self._back_ns)
-            self._turns.call_at_ns(self._back_ns, self._come, piece)
+            self._scheduler.call_at_ns(self._back_ns, self._come, piece)
 
     def get_write_buffer_size(self) -> int:
-        """Bytes that the client has not taken."""
+        """Bytes that the client has not read."""
         return self._under_way
 
     def close(self) -> None:
-        """End once the client has taken everything."""
+        """Close once the client has read everything."""
         self._closing = True
         if not self._under_way:
-            self._turns.call_soon(self._end)
+            self._scheduler.call_soon(self._end)
 
     def abort(self) -> None:
         """End at once."""
-        self._turns.call_soon(self._end)
+        self._scheduler.call_soon(self._end)
 
     def pause_reading(self) -> None:
-        """Keep what comes."""
+        """Buffer received bytes."""
         self._backlog = self._backlog or []
 
     def resume_reading(self) -> None:
-        """Bring what was kept, and what comes."""
-        held, self._backlog = self._backlog, None
-        for data in held or ():
-            self._turns.call_soon(self._arrive, data)
+        """Deliver the buffered bytes, and received bytes from now on."""
+        backlog, self._backlog = self._backlog, None
+        for data in backlog or ():
+            self._scheduler.call_soon(self._arrive, data)
 
     def die(self) -> None:
         """End with the process at the station's end, which does nothing more."""
@@ -238,7 +238,7 @@ class Road:
     # under way ----------------------------------------------------------------------------------
 
     def _after(self, last_ns: int) -> int:
-        return max(last_ns, round(self._turns.time() * 1e9) + self._part.delay_ns)
+        return max(last_ns, round(self._scheduler.time() * 1e9) + self._part.delay_ns)
 
     def _cut(self, data: bytes) -> list[bytes]:
         """Cut bytes, near their begin and their end."""
@@ -255,7 +255,7 @@ class Road:
             return
         self._wake()
         self.peer.receive(data)
-        self._turns.run()
+        self._scheduler.run()
 
     def _come(self, data: bytes) -> None:
         if self.ended or self._is_abandoned:
@@ -281,6 +281,6 @@ class Road:
         self._under_way = 0
         self._unread.clear()
         self.peer.ended()
-        self._turns.run()
+        self._scheduler.run()
         if not self._is_abandoned:
             self._client.lost()
