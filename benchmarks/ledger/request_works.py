@@ -148,7 +148,7 @@ def tick_moving() -> Call:
     return lambda: station.advance(0.01)
 
 
-class Turns:
+class Scheduler:
     """A loop in which nothing happens by itself: `run` calls what was left for its next turn."""
 
     def __init__(self) -> None:
@@ -206,9 +206,9 @@ def _watched(moving: bool, other_cycle_ns: int = 0) -> Call:
     configuration = {"axis": axes, "nc": {"cycle": "2ms", "kernel": "compiled"}}
     station = Station(parse(configuration, "watched"))
     client = Requester(station)
-    turns = Turns()
+    scheduler = Scheduler()
     listener: Any = TcpListener(station.router)
-    listener.begin(turns)
+    listener.begin(scheduler)
     peer = Peer(listener)
     peer.begin(Wire(), "127.0.0.1", 1)  # type: ignore[arg-type]
     if other_cycle_ns:
@@ -223,14 +223,14 @@ def _watched(moving: bool, other_cycle_ns: int = 0) -> Call:
                 target, AmsAddress("127.0.0.1.1.2:40000"), Command.ADD_NOTIFICATION, data=body
             )
             peer.receive(frame.encode_tcp())
-            turns.run()
+            scheduler.run()
     station.advance(2.0)
-    turns.run()
-    turns.run()
+    scheduler.run()
+    scheduler.run()
 
     def pass_time() -> None:
         station.advance(0.1)
-        turns.run()
+        scheduler.run()
 
     return pass_time
 

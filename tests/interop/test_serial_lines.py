@@ -49,7 +49,7 @@ async def test_a_port_that_goes_while_requests_wait_is_told_to_who_asked(tmp_pat
                 waiting = [asyncio.ensure_future(plc.read_raw(0x4040, 0, 4)) for _ in range(50)]
                 [peer] = running.network.serial._open
                 await until(lambda: peer.backlog > 1000)
-                transport: Any = peer._line
+                transport: Any = peer._transport
                 transport._abort()
                 for answer in await asyncio.gather(*waiting, return_exceptions=True):
                     assert isinstance(answer, RouterError)

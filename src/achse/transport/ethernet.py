@@ -35,7 +35,7 @@ _PACKET, _IGNORE_OUTGOING = 263, 23
 """Linux (SOL_PACKET, PACKET_IGNORE_OUTGOING): what this machine sends does not come in."""
 
 _SPIN_S = 0.0002
-"""For so long a frame is asked for again and again; going to sleep costs some 30 µs."""
+"""Time of polling for a frame; a sleep costs some 30 µs."""
 
 Answer = Callable[[bytes], bytes | None]
 """Function that returns the answer to a packet, or None for no answer."""

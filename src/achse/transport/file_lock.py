@@ -6,7 +6,7 @@ from typing import IO
 
 
 def lock_file(file: IO[str] | FileIO) -> bool:
-    """Hold an open file until it is closed; False if somebody holds it."""
+    """Lock an open file until it is closed; return False if another process has locked it."""
     try:
         if sys.platform == "win32":
             import msvcrt

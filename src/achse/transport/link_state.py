@@ -11,16 +11,16 @@ except ImportError:  # not on every system, as raw sockets
     ioctl = None  # type: ignore[assignment]
 
 _ETHTOOL = 0x8946
-"""Linux (SIOCETHTOOL): ask or tell a driver, as struct ifreq with a pointer."""
+"""Linux (SIOCETHTOOL): query or set a driver, as struct ifreq with a pointer."""
 _GET_LINK = 0x0000000A
 _NAME = 16
 _REST = 16
 
 
 class LinkState:
-    """Asks the driver of `interface`, which knows a link that goes before anyone is told (Linux).
+    """Link state from the driver of `interface`, which has it before the system reports it (Linux).
 
-    Elsewhere, and with a driver that does not tell, a link is taken for granted.
+    Elsewhere, and with a driver that does not report it, a link is assumed.
     """
 
     def __init__(self, interface: str) -> None:

@@ -1,4 +1,4 @@
-"""Modbus over TCP and UDP as the side that asks: lines to devices, kept while they last.
+"""Modbus over TCP and UDP as a client: connections to devices, open while they last.
 
 Everything happens in a thread with a loop of its own, so that callers in virtual time may wait for
 an answer, and those in a loop need not. Source: MODBUS Messaging on TCP/IP V1.0b, section 3.
@@ -14,8 +14,8 @@ from typing import Any, NamedTuple
 
 _HEADER = struct.Struct(">HHHB")
 _LONGEST_PDU = 253
-_MOST_LINES = 64
-"""Devices with a line at a time; the one that was asked least recently loses its own."""
+_MOST_CONNECTIONS = 64
+"""Connected devices at a time; the least recently used connection is closed for a further one."""
 _MOST_WAITING = 64
 """Requests for one device under way or waiting for their turn."""
 _PATIENCE = 1.0
@@ -38,8 +38,9 @@ class ModbusPeer(NamedTuple):
     udp: bool = False
 
 
-class _Line(ABC):
-    """The way to one device. Its requests take turns: many devices answer one at a time."""
+class _ModbusConnection(ABC):
+    """Connection to one device. Its requests wait for each other: many devices answer one at a
+    time."""
 
     def __init__(self, peer: ModbusPeer) -> None:
         self._peer = peer
@@ -47,7 +48,7 @@ class _Line(ABC):
         self._number = 0
         self.waiting = 0
 
-    async def ask(self, unit: int, pdu: bytes) -> bytes:
+    async def request(self, unit: int, pdu: bytes) -> bytes:
         """The answer to a request; raises OSError, ModbusAnswerError."""
         if self.waiting >= _MOST_WAITING:
             raise ModbusBusyError(f"{self.waiting} requests for {self._peer.host} wait")
@@ -72,7 +73,7 @@ class _Line(ABC):
         """Close what is open."""
 
 
-class _TcpLine(_Line):
+class _TcpConnection(_ModbusConnection):
     def __init__(self, peer: ModbusPeer) -> None:
         super().__init__(peer)
         self._streams: tuple[asyncio.StreamReader, asyncio.StreamWriter] | None = None
@@ -101,7 +102,7 @@ class _TcpLine(_Line):
             streams[1].transport.abort()
 
 
-class _UdpLine(_Line):
+class _UdpConnection(_ModbusConnection):
     async def _exchange(self, number: int, unit: int, pdu: bytes) -> bytes:
         loop = asyncio.get_running_loop()
         transport, protocol = await loop.create_datagram_endpoint(
@@ -148,27 +149,27 @@ def _read_header(head: bytes) -> tuple[int, int]:
     return number, length - 1
 
 
-class ModbusLines:
+class ModbusClient:
     """Requests to devices, from any thread."""
 
     def __init__(self) -> None:
-        self._lines: OrderedDict[ModbusPeer, _Line] = OrderedDict()
+        self._connections: OrderedDict[ModbusPeer, _ModbusConnection] = OrderedDict()
         self._loop: asyncio.AbstractEventLoop | None = None
         self._thread: threading.Thread | None = None
         self._stop: asyncio.Event | None = None
 
-    def ask(self, peer: ModbusPeer, unit: int, pdu: bytes, timeout: float) -> "Future[bytes]":
+    def request(self, peer: ModbusPeer, unit: int, pdu: bytes, timeout: float) -> "Future[bytes]":
         """Send a request PDU to `unit` at a device; the PDU of the answer comes within `timeout` s.
 
         The future raises TimeoutError, OSError, ModbusAnswerError, ModbusBusyError; it is cancelled
         by `close`.
         """
         return asyncio.run_coroutine_threadsafe(
-            self._ask(peer, unit, pdu, timeout), self._running_loop()
+            self._request(peer, unit, pdu, timeout), self._running_loop()
         )
 
     def close(self) -> None:
-        """End all lines and the thread. Requests under way are cancelled."""
+        """Close all connections and end the thread. Requests under way are cancelled."""
         thread, self._thread = self._thread, None
         loop, stop = self._loop, self._stop
         if thread is None or loop is None or stop is None:
@@ -193,22 +194,26 @@ class ModbusLines:
         self._loop, self._stop = asyncio.get_running_loop(), asyncio.Event()
         ready.set()
         await self._stop.wait()
-        for line in self._lines.values():
-            line.drop()
-        self._lines.clear()
+        for connection in self._connections.values():
+            connection.drop()
+        self._connections.clear()
 
-    async def _ask(self, peer: ModbusPeer, unit: int, pdu: bytes, within: float) -> bytes:
+    async def _request(self, peer: ModbusPeer, unit: int, pdu: bytes, within: float) -> bytes:
         async with asyncio.timeout(within):
-            return await self._line(peer).ask(unit, pdu)
+            return await self._connection(peer).request(unit, pdu)
 
-    def _line(self, peer: ModbusPeer) -> _Line:
-        line = self._lines.get(peer)
-        if line is None:
-            if len(self._lines) >= _MOST_LINES:
-                idle = next((each for each, one in self._lines.items() if not one.waiting), None)
+    def _connection(self, peer: ModbusPeer) -> _ModbusConnection:
+        connection = self._connections.get(peer)
+        if connection is None:
+            if len(self._connections) >= _MOST_CONNECTIONS:
+                idle = next(
+                    (each for each, one in self._connections.items() if not one.waiting), None
+                )
                 if idle is None:
-                    raise ModbusBusyError(f"{_MOST_LINES} devices are asked already")
-                self._lines.pop(idle).drop()
-            line = self._lines[peer] = _UdpLine(peer) if peer.udp else _TcpLine(peer)
-        self._lines.move_to_end(peer)
-        return line
+                    raise ModbusBusyError(f"{_MOST_CONNECTIONS} devices are connected already")
+                self._connections.pop(idle).drop()
+            connection = self._connections[peer] = (
+                _UdpConnection(peer) if peer.udp else _TcpConnection(peer)
+            )
+        self._connections.move_to_end(peer)
+        return connection

@@ -6,7 +6,7 @@ import os
 def reason(failure: OSError) -> str:
     """`Connection refused`, `Address already in use`, …
 
-    asyncio puts the address, and the call that failed, into the text; who tells it knows where.
+    asyncio puts the address, and the call that failed, into the text; the caller knows the place.
     """
     if failure.errno is not None and failure.errno > 0:
         return os.strerror(failure.errno)

@@ -46,11 +46,11 @@ Peer = tuple[Any, ...]
 
 
 class DiscoveryEndpoint(asyncio.DatagramProtocol):
-    """Answers datagrams for a router: info to anybody, changes of routes to `users`.
+    """Answers datagrams for a router: info to all senders, changes of routes to `users`.
 
-    `info()` gives what is told now. Without users every change is refused (0x704). Passwords are
-    checked one after the other in a thread, see `PasswordQueue` for whose is next. `settled()`, if
-    given, is awaited between a change and its answer.
+    `info()` returns the announced facts. Without users every change is refused (0x704). Passwords
+    are checked one after the other in a thread, see `PasswordQueue` for whose is next. `settled()`,
+    if given, is awaited between a change and its answer.
     """
 
     def __init__(
@@ -131,8 +131,8 @@ class DiscoveryEndpoint(asyncio.DatagramProtocol):
 
     # routes ------------------------------------------------------------------------------------
 
-    async def _decide(self, asked: tuple[DiscoveryPacket, Peer], host: str, right: bool) -> None:
-        request, addr = asked
+    async def _decide(self, received: tuple[DiscoveryPacket, Peer], host: str, right: bool) -> None:
+        request, addr = received
         wanted = RouteRequest.decode(request)
         if not right:
             self._refuse(request, addr, "wrong user or password")
@@ -222,7 +222,7 @@ class _Asker(asyncio.DatagramProtocol):
             self.answers.put_nowait((datagram, addr[0]))
 
     def error_received(self, exc: Exception) -> None:
-        log.debug("nobody there: %s", exc)
+        log.debug("no host there: %s", exc)
 
 
 async def ask(
@@ -233,7 +233,7 @@ async def ask(
     Raises OSError if a host has no address.
     """
     loop = asyncio.get_running_loop()
-    found = [
+    addresses = [
         (await loop.getaddrinfo(host, port, type=socket.SOCK_DGRAM, family=socket.AF_INET))[0][4]
         for host in hosts
     ]
@@ -242,7 +242,7 @@ async def ask(
     )
     try:
         data = question.encode()
-        for address in found:
+        for address in addresses:
             transport.sendto(data, address)
         deadline = loop.time() + seconds
         while True:
@@ -264,15 +264,15 @@ async def scan(
 
     Without `all_of_them` it ends with the first answer. Raises OSError for an unknown host.
     """
-    found: dict[tuple[NetId, str], RouterInfo] = {}
+    routers: dict[tuple[NetId, str], RouterInfo] = {}
     answers = ask(hosts, info_request(ANYBODY), seconds=seconds, port=port)
     async for answer, sender in answers:
         info = RouterInfo.decode(answer)
-        found[info.net_id, sender] = info
+        routers[info.net_id, sender] = info
         if not all_of_them:
             break
     await cast(Any, answers).aclose()
-    return [(info, sender) for (_, sender), info in found.items()]
+    return [(info, sender) for (_, sender), info in routers.items()]
 
 
 async def change_route(

@@ -25,7 +25,7 @@ def find(address: str, port: int) -> tuple[str, int] | None:
 def device() -> Iterator[ModbusDevice]:
     result = ModbusDevice(find, clock=ManualClock())
     yield result
-    result.lines.close()
+    result.client.close()
 
 
 def request(
@@ -129,7 +129,7 @@ def test_a_name_that_nobody_knows() -> None:
     try:
         assert code_of(device, request(502, 3, 0, 1)) == 0x8007_2AF9
     finally:
-        device.lines.close()
+        device.client.close()
 
 
 @pytest.mark.parametrize(
@@ -147,12 +147,12 @@ def test_what_else_may_go_wrong(
 ) -> None:
     requested: Future[bytes] = Future()
     requested.set_exception(failure)
-    monkeypatch.setattr(device.lines, "ask", lambda *_: requested)
+    monkeypatch.setattr(device.client, "request", lambda *_: requested)
     assert code_of(device, request(502, 3, 0, 1)) == code
 
 
 def test_too_many_requests_are_busy(device: ModbusDevice) -> None:
     with tcp_device(lambda unit, pdu: None) as there:
         for _ in range(64):
-            device.lines.ask(ModbusPeer(ANYWHERE, there.port), 1, b"\1\0\0\0\1", 60)
+            device.client.request(ModbusPeer(ANYWHERE, there.port), 1, b"\1\0\0\0\1", 60)
         assert code_of(device, request(there.port, 3, 0, 1)) == 0x708

@@ -210,7 +210,7 @@ async def test_refused_clients_are_counted_once() -> None:
 
     owner._passwords.put = keep  # type: ignore[assignment, method-assign]
     for is_right, denied in ((True, 0), (False, 1)):
-        answer = owner._judge(block, shown(), HERE)
+        answer = owner._check_access(block, shown(), HERE)
         assert isinstance(answer, asyncio.Future)
         host, user, password, question = put[-1]
         assert (host, user, password) == (HERE, "me", "1")
@@ -221,12 +221,12 @@ async def test_refused_clients_are_counted_once() -> None:
     await owner._decide(question, HERE, False)  # the client has gone: nobody waits for that
     assert owner.denied == 2
     has_room = False
-    assert owner._judge(block, shown(), HERE) is USER
+    assert owner._check_access(block, shown(), HERE) is USER
     assert owner.denied == 2
     plain = ConnectBlock(net_id=OTHER)
-    assert owner._judge(plain, shown(), HERE) is UNKNOWN
+    assert owner._check_access(plain, shown(), HERE) is UNKNOWN
     assert owner.denied == 3
-    assert owner._judge(plain, shown(b"", trusted=True), HERE) is NONE
+    assert owner._check_access(plain, shown(b"", trusted=True), HERE) is NONE
     assert owner.denied == 3
 
 

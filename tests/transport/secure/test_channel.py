@@ -91,7 +91,7 @@ class Pair:
         credentials: Credentials | None = None,
         *,
         server: ServerTls | None = None,
-        judge: Judgement = lambda _: SecureRefusal.NONE,
+        policy: Judgement = lambda _: SecureRefusal.NONE,
         target: str = "press",
     ) -> None:
         self.inner, self.served = Inner(), Inner()
@@ -104,7 +104,7 @@ class Pair:
 
         def judged(block: ConnectBlock, *_: object) -> SecureRefusal:
             self.blocks.append(block)
-            return judge(block)
+            return policy(block)
 
         self.client = SecureClient(self.inner, credentials, target, lambda _: OURS)
         self.server = SecureServer(
@@ -168,7 +168,7 @@ async def test_what_follows_the_block_at_once_is_not_lost() -> None:
 
 @pytest.mark.parametrize("refusal", [SecureRefusal(each) for each in range(1, 5)])
 async def test_refusals_reach_the_client(refusal: SecureRefusal) -> None:
-    pair = Pair(judge=lambda _: refusal).carry()
+    pair = Pair(policy=lambda _: refusal).carry()
     with pytest.raises(SecureError) as failure:
         pair.client.opened.result()
     assert failure.value.refusal == refusal

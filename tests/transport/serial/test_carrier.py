@@ -22,7 +22,7 @@ CLIENT = AmsAddress("127.0.0.1.1.2:40000")
 DEVICE = AmsAddress("127.0.0.1.1.1:851")
 
 
-class Turns:
+class Scheduler:
     """Time that tests let pass."""
 
     def __init__(self) -> None:
@@ -40,12 +40,12 @@ class Turns:
         self.count += 1
         call = (when, self.count, callback)
         self.calls.append(call)
-        turns = self
+        scheduler = self
 
         class Timer:
             def cancel(self) -> None:
-                if call in turns.calls:
-                    turns.calls.remove(call)
+                if call in scheduler.calls:
+                    scheduler.calls.remove(call)
 
         return Timer()
 
@@ -62,24 +62,24 @@ class Pair:
     """A client's and a device's end, with a line between that may do harm."""
 
     def __init__(self, baud: int = 38_400, fault: Callable[[bytes], list[bytes]] | None = None):
-        self.turns = Turns()
+        self.scheduler = Scheduler()
         self.fault = fault or (lambda data: [data])
         self.at_client: list[Frame] = []
         self.at_device: list[Frame] = []
         self.busy = [0.0, 0.0]
         self.client: SerialCarrier = SerialCarrier(
-            *(self.turns, lambda data: self.carry(0, data), self.at_client.append), baud=baud
+            *(self.scheduler, lambda data: self.carry(0, data), self.at_client.append), baud=baud
         )
         self.device: SerialCarrier = SerialCarrier(
-            *(self.turns, lambda data: self.carry(1, data), self.at_device.append), baud=baud
+            *(self.scheduler, lambda data: self.carry(1, data), self.at_device.append), baud=baud
         )
         self.baud = baud
 
     def carry(self, side: int, data: bytes) -> None:
         far = (self.device, self.client)[side]
-        self.busy[side] = max(self.busy[side], self.turns.now) + len(data) * 10 / self.baud
+        self.busy[side] = max(self.busy[side], self.scheduler.now) + len(data) * 10 / self.baud
         for piece in self.fault(data):
-            self.turns.call_at(self.busy[side], lambda piece=piece: far.receive(piece))  # type: ignore[misc]
+            self.scheduler.call_at(self.busy[side], lambda piece=piece: far.receive(piece))  # type: ignore[misc]
 
 
 def request(command: Command, data: bytes, invoke_id: int = 1) -> Frame:
@@ -94,10 +94,10 @@ def test_a_request_and_its_answer() -> None:
     pair = Pair()
     pair.client.send(read())
     assert pair.client.unsent == 44
-    pair.turns.run(0.1)
+    pair.scheduler.run(0.1)
     (asked,) = pair.at_device
     pair.device.send(asked.reply(DataResponse(0, b"abcd").encode()))
-    pair.turns.run(0.1)
+    pair.scheduler.run(0.1)
     assert [frame.data[8:] for frame in pair.at_client] == [b"abcd"]
     assert pair.client.unsent == pair.device.unsent == 0
 
@@ -107,9 +107,9 @@ def test_the_line_takes_its_time(baud: int) -> None:
     """Reset and request have 60 bytes of ten bits."""
     pair = Pair(baud)
     pair.client.send(read())
-    pair.turns.run(599 / baud)
+    pair.scheduler.run(599 / baud)
     assert not pair.at_device
-    pair.turns.run(2 / baud)
+    pair.scheduler.run(2 / baud)
     assert pair.at_device
 
 
@@ -117,7 +117,7 @@ def test_a_request_that_is_too_long_is_answered_0x705() -> None:
     pair = Pair()
     pair.client.send(request(Command.WRITE, WriteRequest(0x4040, 0, bytes(212)).encode(), 9))
     pair.client.send(request(Command.WRITE, WriteRequest(0x4040, 0, bytes(211)).encode(), 10))
-    pair.turns.run(1)
+    pair.scheduler.run(1)
     (refused,) = pair.at_client
     assert (refused.invoke_id, refused.is_response, refused.error) == (9, True, 0)
     assert ResultResponse.decode(refused.data).result == 0x705
@@ -129,7 +129,7 @@ def test_an_answer_that_is_too_long_becomes_0x705() -> None:
     for invoke_id, length in ((1, 215), (2, 216)):
         answer = read(invoke_id=invoke_id).reply(DataResponse(0, bytes(length)).encode())
         pair.device.send(answer)
-    pair.turns.run(1)
+    pair.scheduler.run(1)
     assert [DataResponse.decode(frame.data).result for frame in pair.at_client] == [0, 0x705]
 
 
@@ -138,7 +138,7 @@ def test_one_that_wants_no_answer_gets_none() -> None:
     frame = request(Command.WRITE, WriteRequest(0x4040, 0, bytes(300)).encode())
     frame.flags |= Flags.NO_RESPONSE
     pair.client.send(frame)
-    pair.turns.run(1)
+    pair.scheduler.run(1)
     assert not pair.at_client
     assert not pair.at_device
 
@@ -152,9 +152,9 @@ def test_a_subscription_whose_samples_do_not_fit_is_refused(side: str) -> None:
         if side == "asker":
             pair.client.send(frame)
         else:  # a foreign one that does not know
-            pair.client.end.send(frame.encode(), pair.turns.now)
+            pair.client.end.send(frame.encode(), pair.scheduler.now)
             pair.client._settle()
-    pair.turns.run(1)
+    pair.scheduler.run(1)
     assert [frame.invoke_id for frame in pair.at_device] == [1]
     assert [frame.invoke_id for frame in pair.at_client] == [2]
     assert pair.at_client[0].data[:4] == (0x705).to_bytes(4, "little")
@@ -165,7 +165,7 @@ def test_many_samples_come_in_several_frames_in_order() -> None:
     stream = encode_stream([*samples, (200, [(99, bytes(LONGEST_SAMPLE + 1))])])
     pair = Pair()
     pair.device.send(Frame(CLIENT, DEVICE, Command.NOTIFICATION, 4, 0, 0, stream))
-    pair.turns.run(60)
+    pair.scheduler.run(60)
     came = [
         (stamp.filetime, [(sample.handle, sample.data)])
         for frame in pair.at_client
@@ -180,7 +180,7 @@ def test_who_does_not_acknowledge_makes_requests_fail_with_0x745() -> None:
     pair = Pair(fault=lambda data: [])
     pair.client.send(read(invoke_id=1))
     pair.client.send(read(invoke_id=2))
-    pair.turns.run(10)
+    pair.scheduler.run(10)
     assert [(frame.invoke_id, frame.error) for frame in pair.at_client] == [(1, 0x745), (2, 0x745)]
     assert pair.client.unsent == 0
 
@@ -191,16 +191,16 @@ def test_nothing_comes_or_goes_after_the_end() -> None:
     pair.client.close()
     pair.client.send(read())
     pair.client.receive(b"\x01\xa5")
-    pair.turns.run(100)
+    pair.scheduler.run(100)
     assert len(pair.at_device) == 1
-    assert not pair.turns.calls
+    assert not pair.scheduler.calls
 
 
 def test_a_packet_that_is_no_ams_is_dropped() -> None:
     pair = Pair()
-    pair.client.end.send(b"not AMS", pair.turns.now)
+    pair.client.end.send(b"not AMS", pair.scheduler.now)
     pair.client.send(read())
-    pair.turns.run(1)
+    pair.scheduler.run(1)
     assert len(pair.at_device) == 1
 
 
@@ -216,7 +216,7 @@ def test_a_peers_line_carries_packets_without_their_tcp_header() -> None:
     line.resume_reading()
     line.close()
     line.abort()
-    pair.turns.run(1)
+    pair.scheduler.run(1)
     assert [frame.invoke_id for frame in pair.at_device] == [1, 2]
     assert closed == ["close", "abort"]
 
@@ -242,13 +242,15 @@ def test_thousands_of_requests_over_a_bad_line(seed: int, many: Callable[[int], 
         done.append(frame.invoke_id)
         pair.device.send(frame.reply(ResultResponse(0).encode()))
 
-    pair.device = SerialCarrier(pair.turns, lambda data: pair.carry(1, data), do, baud=pair.baud)
+    pair.device = SerialCarrier(
+        pair.scheduler, lambda data: pair.carry(1, data), do, baud=pair.baud
+    )
     most = many(1_000)
     for invoke_id in range(most):
         data = bytes(dice.randrange(100))
         pair.client.send(request(Command.WRITE, WriteRequest(0x4040, 0, data).encode(), invoke_id))
-        pair.turns.run(dice.choice([0.0, 0.02, 0.2]))
-    pair.turns.run(10_000)
+        pair.scheduler.run(dice.choice([0.0, 0.02, 0.2]))
+    pair.scheduler.run(10_000)
     assert pair.client.unsent == pair.device.unsent == 0
     assert len(set(done)) == len(done), "a write was done twice"
     assert all(one < other for one, other in pairwise(done)), "out of order"

@@ -11,7 +11,7 @@ from achse.ams import Command, Flags, Frame
 from achse.ams.commands import DataResponse, ReadRequest, ResultResponse, WriteRequest
 from achse.ams.serial import FrameKind, SerialEnd, SerialFrame
 from achse.transport.serial.carrier import SerialCarrier
-from tests.transport.serial.test_carrier import CLIENT, DEVICE, Turns
+from tests.transport.serial.test_carrier import CLIENT, DEVICE, Scheduler
 
 RESET = SerialFrame(FrameKind.RESET, 0).encode()
 
@@ -24,20 +24,20 @@ class Wire:
 
     def __init__(
         self,
-        turns: Turns,
+        scheduler: Scheduler,
         baud: int,
         fault: Callable[[bytes], list[bytes]],
         stretch: Callable[[], float],
     ) -> None:
-        self.turns, self.baud, self.fault, self.stretch = turns, baud, fault, stretch
+        self.scheduler, self.baud, self.fault, self.stretch = scheduler, baud, fault, stretch
         self.free_at = self.last = 0.0
         self.far: Callable[[bytes], object] = bool
 
     def write(self, data: bytes) -> None:
-        self.free_at = max(self.turns.now, self.free_at) + len(data) * 10 / self.baud
+        self.free_at = max(self.scheduler.now, self.free_at) + len(data) * 10 / self.baud
         self.last = max(self.last, self.free_at + self.stretch())
         for piece in self.fault(data):
-            self.turns.call_at(self.last, lambda piece=piece: self.far(piece))  # type: ignore[misc]
+            self.scheduler.call_at(self.last, lambda piece=piece: self.far(piece))  # type: ignore[misc]
 
 
 class Line:
@@ -49,16 +49,16 @@ class Line:
         *faults: Callable[[bytes], list[bytes]],
         stretch: Callable[[], float] = lambda: 0.0,
     ) -> None:
-        self.turns = Turns()
+        self.scheduler = Scheduler()
         self.came: list[Frame] = []
         self.done: list[int] = []
         both = faults or (lambda data: [data],) * 2
-        self.wires = [Wire(self.turns, baud, fault, stretch) for fault in both]
+        self.wires = [Wire(self.scheduler, baud, fault, stretch) for fault in both]
         self.client: SerialCarrier = SerialCarrier(
-            self.turns, self.wires[0].write, self.came.append, baud=baud
+            self.scheduler, self.wires[0].write, self.came.append, baud=baud
         )
         self.device: SerialCarrier = SerialCarrier(
-            self.turns, self.wires[1].write, self._do, baud=baud
+            self.scheduler, self.wires[1].write, self._do, baud=baud
         )
         self.wires[0].far = lambda data: self.device.receive(data)
         self.wires[1].far = lambda data: self.client.receive(data)
@@ -122,8 +122,8 @@ def test_thousands_of_requests_are_answered_once_or_fail(
     most = many(2_500 if seed == 0 else 1_000)
     for invoke_id in range(most):
         line.client.send(write(invoke_id, dice.randrange(200)))
-        line.turns.run(dice.choice([0.0, 0.01, 0.1, 1.0]))
-    line.turns.run(60_000)
+        line.scheduler.run(dice.choice([0.0, 0.01, 0.1, 1.0]))
+    line.scheduler.run(60_000)
     assert line.client.unsent == line.device.unsent == 0
     assert len(set(line.done)) == len(line.done), "a write was done twice"
     assert all(one < other for one, other in pairwise(line.done))
@@ -145,17 +145,17 @@ def test_an_answer_behind_0x745_is_dropped_and_a_new_request_of_that_number_is_a
         return [] if deaf and acknowledges else [data]
 
     line = Line(38_400, fault, fault)
-    line._do = line.device._received = lambda frame: line.turns.call_at(  # type: ignore[method-assign]
-        line.turns.now + 5, lambda: line.device.send(frame.reply(ResultResponse(0).encode()))
+    line._do = line.device._received = lambda frame: line.scheduler.call_at(  # type: ignore[method-assign]
+        line.scheduler.now + 5, lambda: line.device.send(frame.reply(ResultResponse(0).encode()))
     )
     line.client.send(write(1))
-    line.turns.run(4)
+    line.scheduler.run(4)
     assert [(each.invoke_id, each.error) for each in line.came] == [(1, 0x745)]
     deaf = False
-    line.turns.run(10)
+    line.scheduler.run(10)
     assert len(line.came) == 1
     line.client.send(write(1))
-    line.turns.run(10)
+    line.scheduler.run(10)
     assert [(each.invoke_id, each.error) for each in line.came] == [(1, 0x745), (1, 0)]
 
 
@@ -175,7 +175,7 @@ def test_wrong_numbers_acknowledge_nothing(wrong: int) -> None:
     line.wires[0].far = answer
     for invoke_id in range(3):
         line.client.send(write(invoke_id))
-    line.turns.run(20)
+    line.scheduler.run(20)
     assert [(each.invoke_id, each.error) for each in line.came] == [(n, 0x745) for n in range(3)]
     assert line.client.unsent == 0
 
@@ -203,9 +203,9 @@ def test_more_than_a_line_carries_is_not_acknowledged() -> None:
         request.invoke_id += 1
     assert 256 * 1024 < line.device.unsent < 257 * 1024
     line.wires[1].far = lambda data: line.client.receive(data)
-    line.turns.run(3_000)
+    line.scheduler.run(3_000)
     line.device.receive(RESET + SerialFrame(FrameKind.DATA, 9, request.encode()).encode())
-    line.turns.run(1)
+    line.scheduler.run(1)
     assert line.device.end.received_packets > 1_000
     assert request.invoke_id in {each.invoke_id for each in line.came}
 
@@ -220,5 +220,5 @@ def test_a_port_that_goes_answers_what_waits() -> None:
     line.client.close()
     assert [(each.invoke_id, each.error) for each in line.came] == [(n, 0x745) for n in (1, 2, 3)]
     assert line.client.unsent == 0
-    line.turns.run(10)
+    line.scheduler.run(10)
     assert len(line.came) == 3

@@ -81,10 +81,10 @@ async def test_who_is_cancelled_while_it_opens_a_port_leaves_none() -> None:
     """At every step of the way: the port can be had again."""
     with cable() as line:
         port = SerialPort(line.left)
-        for turns in range(12):
+        for scheduler in range(12):
             opening = asyncio.ensure_future(open_serial_port(port, asyncio.Protocol))
-            for _ in range(turns):
-                await asyncio.sleep(0 if turns < 6 else 0.002)
+            for _ in range(scheduler):
+                await asyncio.sleep(0 if scheduler < 6 else 0.002)
             opening.cancel()
             (result,) = await asyncio.gather(opening, return_exceptions=True)
             if isinstance(result, asyncio.Transport):

@@ -461,8 +461,8 @@ async def test_a_peer_that_vanished_is_looked_for() -> None:
     async with running() as station, peers(station) as (peer,):
         await peer.ask(request())
         [connection] = station.connections
-        line: Any = connection._line
-        accepted = line.get_extra_info("socket")
+        transport: Any = connection._transport
+        accepted = transport.get_extra_info("socket")
         assert accepted.getsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE) == 1
 
 

@@ -13,7 +13,7 @@ from achse.router.routes import Route, RouteTls
 from achse.transport.uplinks.dialled import DialledPeer
 from achse.transport.uplinks.uplink import Uplink
 from tests.router.chains import Chain
-from tests.transport.uplinks.test_uplink import OURS, THEIRS, Turns
+from tests.transport.uplinks.test_uplink import OURS, THEIRS, Scheduler
 
 HOST = "192.0.2.1"
 BEHIND = NetId("5.0.0.3.1.1")
@@ -57,13 +57,15 @@ class Far:
     """A connection that was dialled for a route, and somebody at its far end."""
 
     def __init__(self, *routes: Route, strict: bool = False, **more: Any) -> None:
-        self.turns = Turns()
+        self.scheduler = Scheduler()
         self.router = Router(OURS)
         self.router.register(851, Device(self.router))
         route = Route(name="far", net_id=THEIRS, host=HOST, **more)
         for each in (route, *routes):
             self.router.routes.add(each)
-        self.uplink = Uplink(*(self.router, route, self.turns), lambda uplink: None, strict=strict)
+        self.uplink = Uplink(
+            *(self.router, route, self.scheduler), lambda uplink: None, strict=strict
+        )
         self.peer, self.line = self.uplink.make_peer(), Line()
         self.peer.begin(self.line, HOST, 48_898)
 
@@ -72,7 +74,7 @@ class Far:
         self.line.sent = b""
         target, source = AmsAddress.of(OURS, 851), AmsAddress.of(net_id, 30_000)
         self.peer.receive(Frame(target, source, command, data=bytes(12)).encode_tcp())
-        self.turns.run(0.0)
+        self.scheduler.run(0.0)
         answers = list(Connection().receive(self.line.sent))
         return answers[0].error if answers and isinstance(answers[0], Frame) else -1
 
@@ -129,7 +131,7 @@ def test_a_route_that_goes_is_felt(strict: bool) -> None:
     far = Far(behind, strict=strict, rights=Right.READ)
     assert far.ask(BEHIND, WRITE) == 0
     far.router.routes.remove("behind")
-    far.uplink.judge_again(behind)
+    far.uplink.review_access(behind)
     assert far.line.ended  # it comes again, and may less
 
 

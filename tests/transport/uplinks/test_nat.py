@@ -33,10 +33,10 @@ def test_only_senders_come_and_targets_go_under_another_net_id(
     router.deliver = lambda frame: router.seen.append(frame) or True
     line = SimpleNamespace(written=b"", get_write_buffer_size=lambda: 0)
     line.write = lambda data: setattr(line, "written", line.written + data)
-    turns = SimpleNamespace(time=lambda: 0.0, call_soon=lambda call: call())
+    scheduler = SimpleNamespace(time=lambda: 0.0, call_soon=lambda call: call())
     owner: Any = SimpleNamespace(
         router=router,
-        loop=turns,
+        loop=scheduler,
         max_length=1000,
         max_backlog=10_000,
         send_budget=SendBudget(),

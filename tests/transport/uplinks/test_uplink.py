@@ -19,7 +19,7 @@ from achse.transport.uplinks.uplink import Uplink
 OURS, THEIRS = NetId("5.0.0.1.1.1"), NetId("5.0.0.2.1.1")
 
 
-class Turns:
+class Scheduler:
     """Time that tests let pass."""
 
     def __init__(self) -> None:
@@ -47,13 +47,13 @@ class Turns:
 
 
 class Timer:
-    def __init__(self, turns: Turns, call: Any) -> None:
-        self.turns = turns
+    def __init__(self, scheduler: Scheduler, call: Any) -> None:
+        self.scheduler = scheduler
         self.call = call
 
     def cancel(self) -> None:
-        if self.call in self.turns.calls:
-            self.turns.calls.remove(self.call)
+        if self.call in self.scheduler.calls:
+            self.scheduler.calls.remove(self.call)
 
 
 class Wire:
@@ -85,14 +85,14 @@ class Rig:
     """A router with one route, a client, and who dials when asked."""
 
     def __init__(self, **settings: Any) -> None:
-        self.turns = Turns()
+        self.scheduler = Scheduler()
         self.router = Router(OURS)
         self.dialled: list[float] = []
         nat = settings.pop("nat", None)
         route = Route(name="far", net_id=THEIRS, host="192.0.2.1", nat_net_id=nat)
         self.uplink = Uplink(
-            *(self.router, route, self.turns),
-            lambda uplink: self.dialled.append(self.turns.now),
+            *(self.router, route, self.scheduler),
+            lambda uplink: self.dialled.append(self.scheduler.now),
             **settings,
         )
         self.router.add_route(THEIRS, self.uplink)
@@ -115,7 +115,7 @@ class Rig:
         self.wire = Wire()
         self.peer = self.uplink.make_peer()
         self.peer.begin(self.wire, "192.0.2.1", 48898)
-        self.turns.run(0)
+        self.scheduler.run(0)
 
     def errors(self) -> list[tuple[int, int]]:
         answers, self.answers = self.answers, []
@@ -152,7 +152,7 @@ def test_pauses_between_attempts_grow_and_end_with_the_interest(
     for _ in range(2000):
         if rig.uplink._dialling:
             rig.uplink.failed("nobody there")
-        rig.turns.run(0.05)
+        rig.scheduler.run(0.05)
     pauses = [round(b - a, 3) for a, b in pairwise(rig.dialled)]
     wanted = [0.1, 0.2, 0.4, 0.8, 1.6, 3.2, *[5.0] * (len(pauses) - 6)]
     assert all(0 <= pause - least <= 0.1 for pause, least in zip(pauses, wanted, strict=True))
@@ -179,16 +179,16 @@ def test_a_peer_that_closes_at_once_is_dialled_with_growing_pauses(
     rig.ask()
     ended: list[float] = []
     for outcome, dialling, lasted in attempts:
-        rig.turns.run(dialling)
+        rig.scheduler.run(dialling)
         if outcome == "fails":
             rig.uplink.failed("nobody there")
         else:
             rig.connect()
-            rig.turns.run(lasted)
+            rig.scheduler.run(lasted)
             rig.peer.ended()
-        ended.append(rig.turns.now)
+        ended.append(rig.scheduler.now)
         while len(rig.dialled) == len(ended):
-            rig.turns.run(0.01)
+            rig.scheduler.run(0.01)
     pauses = [again - end for end, again in zip(ended, rig.dialled[1:], strict=True)]
     expected = [min(0.1 * 2**number, 5.0) for number in range(len(pauses))]
     assert pauses == pytest.approx(expected)
@@ -200,7 +200,7 @@ def test_a_peer_that_closes_at_once_is_logged_once(caplog: pytest.LogCaptureFixt
     for _ in range(4):
         rig.connect()
         rig.peer.ended()
-        rig.turns.run(5.0)
+        rig.scheduler.run(5.0)
     assert len(rig.dialled) == 5
     assert caplog.text.count("lost") == 1
 
@@ -223,7 +223,7 @@ def test_a_closed_uplink_refuses_what_waited_and_dials_no_more() -> None:
     assert rig.wire.aborted
     rig.ask(2)
     assert rig.errors() == [(2, 0x7)]
-    rig.turns.run(100)
+    rig.scheduler.run(100)
     assert rig.dialled == [100.0]
 
 
@@ -284,8 +284,8 @@ def test_each_request_is_sent_and_refused_once_at_most_and_nothing_is_kept_at_th
             case "deaf":
                 rig.wire.waiting = (2 << 20) * (size % 2)
             case "wait":
-                rig.turns.run(size / 50)
-        rig.turns.run(0)
+                rig.scheduler.run(size / 50)
+        rig.scheduler.run(0)
         refused += [number for number, _ in rig.errors()]
         assert uplink._queue.buffered_bytes <= 600
         assert len(uplink._queue.frames) <= 4

@@ -13,7 +13,7 @@ from achse.ams.mqtt import RouterNote, as_tcp_packet
 from achse.client.links.link import LinkUser, Onlooker
 from achse.router import FIRST_CLIENT_PORT
 from achse.transport.mqtt.network import MqttNetwork, MqttSettings, Session
-from achse.transport.mqtt.unanswered import Unanswered
+from achse.transport.mqtt.partner_requests import PartnerRequests
 
 JOIN_TIME = 10.0
 """Seconds that the broker has to let us in."""
@@ -44,7 +44,7 @@ class MqttLink:
         self._running: asyncio.Task[None] | None = None
         self._full = False
         self._reason = ""
-        self._unanswered = Unanswered()
+        self._pending_requests = PartnerRequests()
         self._offline: dict[NetId, None] = {}
         """Routers that say that they are offline."""
         self.came_late = False
@@ -126,7 +126,7 @@ class MqttLink:
             events = list(Connection().receive(as_tcp_packet(message, DEFAULT_MAX_LENGTH)))
         except DecodeError:
             return
-        self._unanswered.answered(message)
+        self._pending_requests.answered(message)
         for event in events:
             if isinstance(event, Frame) and event.target[:6] == self.address.net_id:
                 self._user.received(event)
@@ -136,7 +136,7 @@ class MqttLink:
     def send(self, frame: Frame) -> None:
         """Send within this turn of the loop. After a loss frames vanish; the session knows."""
         backwards = frame.is_response or frame.command == Command.NOTIFICATION
-        self._unanswered.add(frame)
+        self._pending_requests.add(frame)
         if self._offline and NetId(frame.target[:6]) in self._offline:
             asyncio.get_running_loop().call_soon(self._fail, NetId(frame.target[:6]))
             return
@@ -149,7 +149,7 @@ class MqttLink:
                 asyncio.get_running_loop().call_later(0.01, self._look)
 
     def _fail(self, net_id: NetId) -> None:
-        for reply in self._unanswered.fail(net_id):
+        for reply in self._pending_requests.fail(net_id):
             self._user.received(reply)
 
     def _look(self) -> None:

@@ -24,7 +24,7 @@ from achse.devices.modbus.pdu import (
 )
 from achse.server import Device, RawGroup
 from achse.server.deferred import Answer, Deferred
-from achse.transport.modbus import ModbusAnswerError, ModbusBusyError, ModbusLines, ModbusPeer
+from achse.transport.modbus import ModbusAnswerError, ModbusBusyError, ModbusClient, ModbusPeer
 
 MODBUS_PORT = 10_500
 REQUESTS = 1
@@ -68,7 +68,7 @@ class ModbusDevice(Device):
     ) -> None:
         self._find = find
         self._beside = beside
-        self.lines = ModbusLines()
+        self.client = ModbusClient()
         super().__init__(
             "Modbus Server",
             (1, 6, 4),
@@ -109,7 +109,7 @@ class ModbusDevice(Device):
         except ModbusRefusal as refusal:
             raise _refused(refusal) from None
         peer = self._peer(host.partition(b"\0")[0].decode("latin-1"), port, udp=offset == 1)
-        response = self.lines.ask(peer, unit, pdu, min(timeout / 1000, _LONGEST_S))
+        response = self.client.request(peer, unit, pdu, min(timeout / 1000, _LONGEST_S))
         if not self._beside():
             return _result(query, response)
         loop = asyncio.get_running_loop()

@@ -17,5 +17,5 @@ def make_modbus(building: Building) -> None:
         clock=ground.clock,
         beside=lambda: any(system.files.worker is not None for system in systems),
     )
-    building.add_end(device.lines.close)
+    building.add_end(device.client.close)
     building.attach(device, MODBUS_PORT)

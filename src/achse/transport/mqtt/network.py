@@ -395,11 +395,11 @@ class MqttNetwork:
         """One connection to the broker."""
         from_us = {"qos": 2, "retain": not self.settings.no_retain}
         info = self._topics.info(self.own)
-        gone = replace(self._note, online=False).encode()
-        async with self._session(**self._parameters(gone)) as connection:
+        will = replace(self._note, online=False).encode()
+        async with self._session(**self._parameters(will)) as connection:
             await connection.subscribe(self._topics.ours(self.own), qos=2)
             await connection.subscribe(self._topics.all_infos, qos=2)
-            # only now: whoever sees us may ask at once
+            # only now: a router that sees us may send requests at once
             await connection.publish(info, self._note.encode(), **from_us)
             self._connected = connection
             log.info("%s: online as %s", self.settings, self.own)
@@ -408,21 +408,21 @@ class MqttNetwork:
                 yield connection
             except asyncio.CancelledError:
                 with contextlib.suppress(Exception):
-                    await connection.publish(info, gone, **from_us, timeout=1.0)
+                    await connection.publish(info, will, **from_us, timeout=1.0)
                 raise
             finally:
                 self._part()
 
-    def _parameters(self, gone: bytes) -> Mapping[str, Any]:
+    def _parameters(self, will: bytes) -> Mapping[str, Any]:
         settings = self.settings
-        will = _Will(self._topics.info(self.own), gone, 2, not settings.no_retain)
+        message = _Will(self._topics.info(self.own), will, 2, not settings.no_retain)
         return {
             "hostname": settings.host,
             "port": settings.port,
             "username": settings.user or None,
             "password": settings.password or None,
             "identifier": self._client_id,
-            "will": will,
+            "will": message,
             "clean_session": not (settings.client_id and settings.qos),
             "keepalive": settings.keep_alive,
             "timeout": max(settings.keep_alive, 5),
@@ -441,8 +441,8 @@ class MqttNetwork:
             task.cancel()
         self._unsent = 0
         self._going.clear()
-        gone, self.partners = list(self.partners), {}
-        for net_id in gone:
+        partners, self.partners = list(self.partners), {}
+        for net_id in partners:
             self._user.left(net_id)
 
     # in ---------------------------------------------------------------------------------------
@@ -471,8 +471,8 @@ class MqttNetwork:
     def _contradict(self) -> None:
         """Somebody said that we are offline; what is retained stays for all who come."""
         self._contradiction = None
-        log.info("%s: somebody said that %s is offline", self.settings, self.own)
-        self._tell(self._note.encode())
+        log.info("%s: a client announced that %s is offline", self.settings, self.own)
+        self._announce(self._note.encode())
 
     def _heard(self, net_id: NetId, note: RouterNote) -> None:
         known = net_id in self.partners
@@ -483,13 +483,13 @@ class MqttNetwork:
         if not known and len(self.partners) >= _MOST_PARTNERS:
             if not self._full:
                 self._full = True
-                told = "%s: more than %d routers, %s and further ones are left out"
-                log.warning(told, self.settings, _MOST_PARTNERS, net_id)
+                message = "%s: more than %d routers, %s and further ones are left out"
+                log.warning(message, self.settings, _MOST_PARTNERS, net_id)
             return
         self.partners[net_id] = note
         if not known and self.settings.no_retain:
-            # It has just come and knows nobody: nothing is retained here.
-            self._tell(self._note.encode())
+            # It is new and knows no router: nothing is retained here.
+            self._announce(self._note.encode())
         self._user.came(net_id, note)
 
     # out --------------------------------------------------------------------------------------
@@ -514,7 +514,7 @@ class MqttNetwork:
         topic = self._topics.answers(net_id) if back else self._topics.requests(net_id)
         return self._send(topic, message, self.settings.qos)
 
-    def _tell(self, info: bytes) -> None:
+    def _announce(self, info: bytes) -> None:
         """Say this of ourselves."""
         retain = not self.settings.no_retain
         self._send(self._topics.info(self.own), info, 2, retain=retain)

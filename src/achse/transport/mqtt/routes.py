@@ -26,7 +26,7 @@ _MOST_STRANGERS = 64
 
 
 class _Partner(Peer):
-    """A router of the network. When it vanishes what it was asked is answered with 0x7."""
+    """A router of the network. When it vanishes, its pending requests are answered with 0x7."""
 
     _code_at_end = ReturnCode.TARGET_MACHINE_NOT_FOUND
 
@@ -52,8 +52,8 @@ class _Partner(Peer):
         """Do nothing: a partner has no connection whose end it could see."""
 
 
-class _MqttLine:
-    """The way to one partner: packets become messages."""
+class _MqttTransport:
+    """Transport to one partner: packets become messages."""
 
     def __init__(self, network: MqttNetwork, partner: _Partner) -> None:
         self._network = network
@@ -117,25 +117,25 @@ class MqttRoutes:
         """Join the network, now or as soon as the broker is there."""
         self.loop = asyncio.get_running_loop()
         self._running = self.loop.create_task(self.network.run())
-        self._running.add_done_callback(_tell_failure)
+        self._running.add_done_callback(_log_failure)
         self.router.routes.on_change(self._changed)
 
     async def settled(self, within: float) -> bool:
-        """Wait until it has joined, or the log was told why not; False if neither came in time."""
+        """Wait until it has joined or logged a failure; return False if neither came in time."""
         try:
             await asyncio.wait_for(self._settled.wait(), within)
         except TimeoutError:
-            told = "%s: no answer within %g s, it is dialled on"
-            log.warning(told, self.network.settings, within)
+            message = "%s: no answer within %g s, it is dialled on"
+            log.warning(message, self.network.settings, within)
             self._has_reported = True
             return False
         return True
 
     def _changed(self, old: Route | None, new: Route | None) -> None:
-        """A route of the table is another one: who comes from there is judged again."""
+        """Review the access of senders of a route that has changed."""
         for partner in list(self._partners.values()):
             for route in filter(None, (old, new)):
-                partner.judge_again(route)
+                partner.review_access(route)
 
     async def close(self) -> None:
         """Leave it."""
@@ -213,7 +213,7 @@ class MqttRoutes:
         partner = self._partners.get(net_id)
         if partner is None or not partner.connected:
             partner = self._partners[net_id] = _Partner(self, net_id)
-            partner.begin(_MqttLine(self.network, partner))
+            partner.begin(_MqttTransport(self.network, partner))
         return partner
 
     # owner of the peers -------------------------------------------------------------------------
@@ -236,6 +236,6 @@ class MqttRoutes:
                 self.came(peer.net_id, note)
 
 
-def _tell_failure(running: "asyncio.Task[None]") -> None:
+def _log_failure(running: "asyncio.Task[None]") -> None:
     if not running.cancelled() and (failure := running.exception()) is not None:
         log.error("the connection to the broker broke: %r", failure)

@@ -41,7 +41,7 @@ _MOST_SAID = 64 * 1024
 _MOST_EARLY = 64 * 1024
 """Plain bytes kept from a client whose block is looked at; it is not read on beyond."""
 
-_TOLD = {
+_REFUSAL_TEXTS = {
     SecureRefusal.VERSION: "it knows no such version of the connect block",
     SecureRefusal.NAME_MISMATCH: "the name in our certificate is not ours",
     SecureRefusal.UNKNOWN_CERTIFICATE: "it does not know our certificate: make yourself known with"
@@ -61,7 +61,7 @@ class SecureError(ConnectionError):
         self.refusal = refusal
 
 
-class _Line(asyncio.Transport):
+class _SecureTransport(asyncio.Transport):
     """Transport of the protocol above TLS, in place of its TCP transport."""
 
     def __init__(self, channel: "SecureChannel", tcp: asyncio.Transport) -> None:
@@ -98,14 +98,14 @@ class _Line(asyncio.Transport):
 
 
 class SecureChannel(asyncio.Protocol):
-    """Common part of both ends. `inner` gets its line after the exchange of connect blocks."""
+    """Common part of both ends. `inner` gets its transport after the exchange of connect blocks."""
 
     def __init__(self, inner: asyncio.Protocol, max_length: int) -> None:
         self._inner = inner
         self._in = SecureFrames(max_length)
         self._out = TcpFrames()
         self._plain = bytearray()
-        """Plain bytes that are received before `inner` has its line."""
+        """Plain bytes that are received before `inner` has its transport."""
         self._tls: Tls | None = None
         self._tcp: asyncio.Transport | None = None
         self._timer: asyncio.TimerHandle | None = None
@@ -115,7 +115,7 @@ class SecureChannel(asyncio.Protocol):
         self.host, self.port = "", 0
         """Address and TCP port of the far end."""
 
-    # to be told by the ends -----------------------------------------------------------------
+    # hooks of the ends ----------------------------------------------------------------------
 
     def _raw(self, data: bytes) -> bytes:
         """Bytes of the wire to plain ones."""
@@ -123,11 +123,11 @@ class SecureChannel(asyncio.Protocol):
         return self._tls.receive(data)
 
     def _greet(self) -> None:
-        """Something has come, and `inner` has no line yet."""
+        """Something has come, and `inner` has no transport yet."""
         raise NotImplementedError
 
     def _refused(self, reason: str) -> None:
-        """It ends before `inner` had its line."""
+        """It ends before `inner` had its transport."""
         raise NotImplementedError
 
     # asyncio --------------------------------------------------------------------------------
@@ -179,9 +179,9 @@ class SecureChannel(asyncio.Protocol):
     def write(self, data: bytes) -> None:
         """Send packets of AMS/TCP."""
         if self._tls is not None and (plain := b"".join(self._out.receive(data))):
-            self._tell(plain)
+            self._encrypt(plain)
 
-    def _tell(self, plain: bytes) -> None:
+    def _encrypt(self, plain: bytes) -> None:
         assert self._tls is not None
         try:
             self._tls.send(plain)
@@ -197,7 +197,7 @@ class SecureChannel(asyncio.Protocol):
         """Send what TLS itself has to say.
 
         Raises TlsError if the far end asks for too much of that without a word (`spoke`), or
-        leaves it unread: new keys that are refused can be asked for again and again.
+        leaves it unread: new keys that are refused can be requested again and again.
         """
         if self._tls is None or self._tcp is None:
             return
@@ -226,7 +226,7 @@ class SecureChannel(asyncio.Protocol):
         assert self._tcp is not None
         self._stop_timer()
         self._opened = True
-        self._inner.connection_made(_Line(self, self._tcp))
+        self._inner.connection_made(_SecureTransport(self, self._tcp))
         early, self._plain = bytes(self._plain), bytearray()
         if early and (packets := self._in.receive(early)):
             self._inner.data_received(packets)
@@ -247,7 +247,7 @@ class SecureChannel(asyncio.Protocol):
             self._timer = None
 
 
-Judge = Callable[[ConnectBlock, Tls, str], "asyncio.Future[SecureRefusal] | SecureRefusal"]
+AccessPolicy = Callable[[ConnectBlock, Tls, str], "asyncio.Future[SecureRefusal] | SecureRefusal"]
 """Access policy: returns the verdict on a client by its connect block, TLS state and address; a
 future while a password is checked."""
 
@@ -259,7 +259,7 @@ class SecureServer(SecureChannel):
         self,
         inner: asyncio.Protocol,
         tls: ServerTls,
-        judge: Judge,
+        policy: AccessPolicy,
         answer: ConnectBlock,
         *,
         admitted: Callable[[ConnectBlock, Tls], object],
@@ -268,7 +268,7 @@ class SecureServer(SecureChannel):
     ) -> None:
         super().__init__(inner, max_length)
         self._server = tls
-        self._judge = judge
+        self._policy = policy
         self._answer = answer
         self._admitted = admitted
         self._ended = ended
@@ -308,7 +308,7 @@ class SecureServer(SecureChannel):
         if self._block is None:
             return
         assert self._tls is not None
-        verdict = self._judge(self._block, self._tls, self.host)
+        verdict = self._policy(self._block, self._tls, self.host)
         if isinstance(verdict, asyncio.Future):
             verdict.add_done_callback(lambda done: self._decide(done.result()))
         else:
@@ -321,7 +321,7 @@ class SecureServer(SecureChannel):
         answer = ConnectBlock(
             net_id=self._answer.net_id, host=self._answer.host, flags=ALLOWED, refusal=refusal
         )
-        self._tell(answer.encode())
+        self._encrypt(answer.encode())
         if refusal is not SecureRefusal.NONE:
             self._refused(f"client {block.net_id}: {refusal.name.replace('_', ' ').lower()}")
             self.close()
@@ -374,7 +374,7 @@ class Credentials:
 
 
 class SecureClient(SecureChannel):
-    """A server that we dialled as `target`; `opened` is done once `inner` has its line.
+    """A server that we dialled as `target`; `opened` is done once `inner` has its transport.
 
     `opened` raises SecureError. `net_id` is ours, for the connect block, from the socket's name.
     """
@@ -416,7 +416,7 @@ class SecureClient(SecureChannel):
         if not self._has_requested:
             self._has_requested = True
             self._check(tls)
-            self._tell(self._block().encode())
+            self._encrypt(self._block().encode())
         if len(self._plain) < BLOCK_SIZE:
             return
         self.answer = ConnectBlock.take(self._plain)
@@ -424,9 +424,9 @@ class SecureClient(SecureChannel):
             raise DecodeError(f"the answer to a connect block has {BLOCK_SIZE} bytes, not more")
         if self.answer.refusal:
             code = self.answer.refusal
-            known = code in _TOLD
-            told = _TOLD[SecureRefusal(code)] if known else f"refusal {code}"
-            self._fail(SecureError(f"{self._target} refuses Secure ADS: {told}", code))
+            known = code in _REFUSAL_TEXTS
+            reason = _REFUSAL_TEXTS[SecureRefusal(code)] if known else f"refusal {code}"
+            self._fail(SecureError(f"{self._target} refuses Secure ADS: {reason}", code))
             self.close()
             return
         self._open()
@@ -475,7 +475,7 @@ class SecureClient(SecureChannel):
         )
 
     def _given_up(self, opened: "asyncio.Future[None]") -> None:
-        """Nobody waits for it any more: it does not open behind their back."""
+        """Abandon the opening: its caller has stopped waiting."""
         if opened.cancelled() and not self._opened:
             self._stop_timer()
             if self._tcp is not None:

@@ -1,7 +1,7 @@
 """Handshakes under way on a secure listener: how many there may be, and whose turn it is.
 
-A handshake takes milliseconds of arithmetic, and anybody may begin one. They take a quarter of the
-time at most, hosts in turns, a step at a time; what the others do goes on between two steps.
+A handshake takes milliseconds of arithmetic, and any client may begin one. They take a quarter of
+the time at most, hosts in turns, a step at a time; what the others do goes on between two steps.
 """
 
 import time
@@ -30,7 +30,7 @@ class ShakingClient(Protocol):
         ...
 
     def give_way(self) -> bool:
-        """End, since too many have come behind it; False if somebody decides of it just now."""
+        """End in favour of newer ones; return False if it is being decided just now."""
         ...
 
 
@@ -63,7 +63,7 @@ class Handshakes:
         return handshake in self._under_way.get(handshake.host, ())
 
     def begin(self, handshake: ShakingClient) -> bool:
-        """Another one has come; False if nobody can make room for it."""
+        """Add a handshake; return False if no other can make room for it."""
         mine = self._under_way.get(handshake.host, {})
         if len(mine) >= _PER_HOST:
             crowded = mine
@@ -81,12 +81,12 @@ class Handshakes:
         return True
 
     def end(self, handshake: ShakingClient) -> bytes:
-        """It is over; what came from it and nobody has looked at."""
+        """Remove an ended handshake; return its unprocessed bytes."""
         mine = self._under_way.get(handshake.host, {})
-        left = bytes(mine.pop(handshake, b""))
+        rest = bytes(mine.pop(handshake, b""))
         if not mine:
             self._under_way.pop(handshake.host, None)
-        return left
+        return rest
 
     def put(self, handshake: ShakingClient, data: bytes) -> int:
         """Bytes came from it: its turn is now, or it waits; how many of its bytes do."""

@@ -68,7 +68,7 @@ class _Proof(NamedTuple):
 
 
 class _SecurePeer(Peer):
-    """A far end that has shown who it is: it speaks for its own NetId only.
+    """An authenticated far end: it may use its own NetId only.
 
     Further NetIds may come by it that have a route with its fingerprint.
     """
@@ -109,19 +109,19 @@ _MOST_WAITING = 64 * 1024
 
 
 _TOLD_AGAIN, _MOST_TOLD = 5.0, 1024
-"""Seconds in which the log is told of one refusal of a host, and of how many hosts it is known."""
+"""Seconds between two logged refusals of a host; number of hosts that are remembered."""
 
 
 class SecureListener(TcpListener):
-    """Accepts Secure ADS connections for a router. Without proof nobody gets in.
+    """Accepts Secure ADS connections for a router. Clients without proof are refused.
 
     - self-signed: by the fingerprint of a route to the client's NetId; at a first contact user and
       password make that route;
     - shared authority: the certificate comes from it and is for the client's name or address
       (unless `ignore_names`);
-    - pre-shared key: anyone who knows it.
+    - pre-shared key: any client that has it.
 
-    Nobody gets a local AMS port by it, and nobody speaks for this router's own NetId.
+    No client gets a local AMS port by it, or may use this router's own NetId.
     """
 
     def __init__(
@@ -180,7 +180,7 @@ class SecureListener(TcpListener):
             peer.know(block.net_id, _Proof.of(tls))
 
         return _Counted(
-            *(TcpConnection(peer), self._tls, self._judge, self._answer),
+            *(TcpConnection(peer), self._tls, self._check_access, self._answer),
             admitted=admitted,
             max_length=self.max_length,
             owner=self,
@@ -206,7 +206,7 @@ class SecureListener(TcpListener):
 
     # who is let in --------------------------------------------------------------------------
 
-    def _judge(
+    def _check_access(
         self, block: ConnectBlock, tls: Tls, host: str
     ) -> "asyncio.Future[SecureRefusal] | SecureRefusal":
         verdict = self._verdict(block, tls, host)
@@ -275,9 +275,9 @@ class SecureListener(TcpListener):
         except (RouteError, OSError) as fault:
             log.warning("no route for %s: %s", block.net_id, fault)
             return SecureRefusal.UNKNOWN_CERTIFICATE
-        kept = routes.to(net_id)
-        if kept is None or kept.tls != tls:
-            # a fixed route stays as it is, without a word: nobody comes by it with a password
+        stored = routes.to(net_id)
+        if stored is None or stored.tls != tls:
+            # a fixed route stays as it is, and is not reported: no client uses it with a password
             log.warning("route %s is fixed and has another fingerprint", block.net_id)
             return SecureRefusal.UNKNOWN_CERTIFICATE
         log.info("%s is known by its fingerprint %s", block.net_id, question.fingerprint)
@@ -337,7 +337,7 @@ class _Counted(SecureServer):
     def _tell_log(self, reason: str) -> None:
         if (others := self._owner.untold(self.host)) is not None:
             super()._tell_log(
-                reason + (f" ({others} more since the last one told)" if others else "")
+                reason + (f" ({others} more since the last report)" if others else "")
             )
 
     def _over(self, _: SecureServer) -> None:
@@ -345,6 +345,6 @@ class _Counted(SecureServer):
 
     def _open(self) -> None:
         super()._open()
-        left, self._rest = self._rest, b""
-        if left:
-            super().data_received(left)
+        rest, self._rest = self._rest, b""
+        if rest:
+            super().data_received(rest)

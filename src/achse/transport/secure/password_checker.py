@@ -93,8 +93,8 @@ class PasswordChecker(Generic[T]):
     async def _check_each(self) -> None:
         loop = asyncio.get_running_loop()
         while True:
-            taken = self._waiting.take()
-            if taken is None:
+            request = self._waiting.take()
+            if request is None:
                 self._came.clear()
                 pause = min(self._waiting.pause(), _LONGEST_WAIT)
                 try:
@@ -103,7 +103,7 @@ class PasswordChecker(Generic[T]):
                 except TimeoutError:
                     pass
                 continue
-            host, wish = taken
+            host, wish = request
             try:
                 right = await loop.run_in_executor(None, self._check, wish.user, wish.password)
             except Exception:

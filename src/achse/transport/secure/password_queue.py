@@ -1,6 +1,6 @@
 """Requests that wait for the check of their password: each host in turn, slower after wrong ones.
 
-UDP has no connections: anybody may send anything as fast as the wire allows. So one request waits
+UDP has no connections: any host may send anything as fast as the wire allows. So one request waits
 for each host, a host that guesses waits longer each time, and those who knew the password go first.
 Among the others, those with the fewest wrong passwords are next: in turns the one that waits
 longest, and the one that came last. So a newcomer does not wait until a crowd has had its turns.

@@ -1,7 +1,7 @@
 """TLS without a socket: bytes of the wire in, plain bytes out, and back.
 
 Two engines do it. That of the standard library serves clients, and pre-shared keys where Python has
-them (3.13). pyOpenSSL serves those who bring a certificate that nobody here knows yet: the standard
+them (3.13). pyOpenSSL serves clients whose certificate is not known yet: the standard
 library cannot ask for one without refusing it.
 
 Source: versions and suites as public implementations offer them (network facts 2.4).
@@ -72,7 +72,7 @@ class Tls(Protocol):
         ...
 
     def end(self) -> None:
-        """Tell the far end that nothing more comes."""
+        """Send the end of the stream to the far end."""
         ...
 
 
@@ -87,7 +87,7 @@ class _StandardTls:
         by_key: bool,
         named: Sequence[str] = (),
     ) -> None:
-        """`named` has the name of the pre-shared key once the client has told it."""
+        """`named` has the name of the pre-shared key once the client has sent it."""
         self._named = named
         self._in, self._out = ssl.MemoryBIO(), ssl.MemoryBIO()
         self._object = context.wrap_bio(self._in, self._out, server_side=server)
@@ -158,7 +158,7 @@ class _OpenSslTls:
     def __init__(self, connection: Any, trusted: Callable[[], bool]) -> None:
         self._connection = connection
         self._connection.set_accept_state()
-        self._judge = trusted
+        self._is_trusted = trusted
         self.established = False
         self.certificate = b""
         self.trusted = False
@@ -199,7 +199,7 @@ class _OpenSslTls:
             from OpenSSL.crypto import FILETYPE_ASN1, dump_certificate
 
             self.certificate = dump_certificate(FILETYPE_ASN1, certificate)
-            self.trusted = self._judge()
+            self.trusted = self._is_trusted()
 
     def send(self, data: bytes) -> None:
         from OpenSSL.SSL import Error
@@ -297,13 +297,13 @@ class ServerTls:
     def _stamps(self) -> tuple[object, ...]:
         """Return values that change when a file is replaced."""
         files = (self.identity.certificate, self.identity.key, self._ca)
-        found: list[object] = []
+        stamps: list[object] = []
         for file in files:
             if file is not None:
                 with contextlib.suppress(OSError):
                     facts = file.stat()
-                    found.append((file, facts.st_mtime_ns, facts.st_size, facts.st_ino))
-        return tuple(found)
+                    stamps.append((file, facts.st_mtime_ns, facts.st_size, facts.st_ino))
+        return tuple(stamps)
 
     def _follow(self) -> None:
         """Take files that were replaced."""
@@ -392,8 +392,8 @@ class _ServedKeys:
     def engine(self) -> Tls:
         """One for a client, with a context of its own.
 
-        A common one would keep sessions: a client that resumes one names no key, and nobody would
-        know who it is.
+        A common one would keep sessions: a client that resumes one names no key, and stay
+        unidentified.
         """
         context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
         _only_keys(context)
@@ -449,7 +449,7 @@ class ClientTls:
             call.set_psk_client_callback(lambda _hint: psk)
             return _StandardTls(context, server=False, by_key=True)
         context = ssl.SSLContext(ssl.PROTOCOL_TLS_CLIENT)
-        context.check_hostname = False  # names are looked at by who uses this: a CN counts here
+        context.check_hostname = False  # the user of this checks names: a CN counts here
         context.minimum_version = ssl.TLSVersion.TLSv1_2
         context.set_ciphers(_CERTIFICATE_SUITES)
         try:

@@ -13,7 +13,7 @@ from achse.ams.commands import AddNotificationRequest, DataResponse, ResultRespo
 from achse.ams.notification import encode_stream
 from achse.ams.serial import MAX_PACKET, SerialEnd
 from achse.codes import ReturnCode
-from achse.transport.connections.line import Timer, Turns
+from achse.transport.connections.byte_transport import Scheduler, Timer
 
 log = logging.getLogger("achse.serial")
 
@@ -49,14 +49,14 @@ class SerialCarrier:
 
     `write` gets the bytes to send, `received` each frame that comes, and the answer to a request
     that cannot go: ADS result 0x705 if it is longer than a serial line carries, as are longer
-    answers; AMS error 0x745 if nobody acknowledged it, or the port has gone. An answer that comes
+    answers; AMS error 0x745 if it was not acknowledged, or the port is lost. An answer that comes
     behind this one is dropped. A notification of many samples is sent in
-    several frames. `changed` is told when more or less waits to be sent.
+    several frames. `changed` is called when the number of unsent bytes changes.
     """
 
     def __init__(
         self,
-        turns: Turns,
+        scheduler: Scheduler,
         write: Callable[[bytes], object],
         received: Callable[[Frame], object],
         *,
@@ -64,7 +64,7 @@ class SerialCarrier:
         changed: Callable[[], object] = bool,
     ) -> None:
         self.end = SerialEnd(baud)
-        self._turns = turns
+        self._scheduler = scheduler
         self._write = write
         self._received = received
         self._changed = changed
@@ -77,7 +77,7 @@ class SerialCarrier:
 
     @property
     def unsent(self) -> int:
-        """Bytes that nobody has acknowledged yet."""
+        """Bytes that are not acknowledged yet."""
         return self.end.unsent
 
     @property
@@ -93,24 +93,24 @@ class SerialCarrier:
             self._failed.pop((frame.source, frame.target, frame.invoke_id), None)
         packet = frame.encode()
         if len(packet) <= MAX_PACKET and not _asks_for_too_much(frame):
-            self.end.send(packet, self._turns.time())
+            self.end.send(packet, self._scheduler.time())
         elif frame.command == Command.NOTIFICATION:
             for part in self._parts(frame):
-                self.end.send(part.encode(), self._turns.time())
+                self.end.send(part.encode(), self._scheduler.time())
         elif frame.is_response:
-            self.end.send(_too_long(frame).encode(), self._turns.time())
+            self.end.send(_too_long(frame).encode(), self._scheduler.time())
         elif not frame.flags & Flags.NO_RESPONSE:
             answer = _too_long(frame.reply())
-            self._turns.call_soon(lambda: self._pass(answer))
+            self._scheduler.call_soon(lambda: self._pass(answer))
         self._settle()
 
     def receive(self, data: bytes) -> None:
         """Take bytes as they come."""
         if not self._closed:
-            self._take(self.end.receive(data, self._turns.time()))
+            self._take(self.end.receive(data, self._scheduler.time()))
 
     def give_up(self) -> None:
-        """The port has gone: answer what nobody acknowledged, at once."""
+        """Answer unacknowledged requests at once: the port is lost."""
         self.end.give_up()
         while self.end.undelivered:
             answer = self._failure_of(Frame.decode(self.end.undelivered.popleft()))
@@ -137,9 +137,9 @@ class SerialCarrier:
                 if self._is_late(frame):
                     continue
                 if self._answers(frame, self.end.waiting):
-                    self.end.confirm(self._turns.time())
+                    self.end.confirm(self._scheduler.time())
             elif _asks_for_too_much(frame):
-                self.end.send(_too_long(frame.reply()).encode(), self._turns.time())
+                self.end.send(_too_long(frame.reply()).encode(), self._scheduler.time())
                 continue
             self._pass(frame)
         self._settle()
@@ -149,11 +149,11 @@ class SerialCarrier:
         """Return True if `response` answers the request that the packet carries."""
         if packet is None or packet[_INVOKE_ID] != response.invoke_id.to_bytes(4, "little"):
             return False
-        asked = Frame.decode(packet)
+        request = Frame.decode(packet)
         return (
-            not asked.is_response
-            and asked.target == response.source
-            and asked.source == response.target
+            not request.is_response
+            and request.target == response.source
+            and request.source == response.target
         )
 
     def _is_late(self, response: Frame) -> bool:
@@ -166,10 +166,10 @@ class SerialCarrier:
             self._received(frame)
 
     def _settle(self) -> None:
-        """Write what is due, tell what was given up, and be called when it is time."""
+        """Write what is due, report abandoned frames, and set the timer."""
         if self._closed:
             return
-        data = self.end.take(self._turns.time())
+        data = self.end.take(self._scheduler.time())
         if data:
             self._write(data)
         while self.end.undelivered:
@@ -182,22 +182,22 @@ class SerialCarrier:
             self._timer = None
         if deadline is not None and self._timer is None and not self._closed:
             self._timer_at = deadline
-            self._timer = self._turns.call_at(deadline, self._due)
+            self._timer = self._scheduler.call_at(deadline, self._due)
 
     def _due(self) -> None:
         self._timer = None
         if self._closed:
             return
         # A timer may be early by its resolution.
-        self._take(self.end.due(max(self._turns.time(), self._timer_at)))
+        self._take(self.end.due(max(self._scheduler.time(), self._timer_at)))
 
     def _lost(self, frame: Frame) -> None:
         if not self._told_lost:
             self._told_lost = True
-            log.warning("nobody acknowledges what is sent, %s was the first", frame)
+            log.warning("frames are not acknowledged, %s was the first", frame)
         answer = self._failure_of(frame)
         if answer is not None:
-            self._turns.call_soon(lambda: self._pass(answer))
+            self._scheduler.call_soon(lambda: self._pass(answer))
 
     def _failure_of(self, frame: Frame) -> Frame | None:
         """The answer 0x745 to a request; None for what wants none."""
@@ -256,7 +256,8 @@ def _too_long(response: Frame) -> Frame:
 
 
 class SerialLine:
-    """A serial line as the line of a `Peer`: its bytes are AMS/TCP, those of the line are not."""
+    """A serial line as the transport of a `Peer`: its bytes are AMS/TCP, those of the line are
+    not."""
 
     def __init__(
         self, carrier: SerialCarrier, close: Callable[[], object], abort: Callable[[], object]

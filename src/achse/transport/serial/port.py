@@ -81,7 +81,7 @@ class SerialPort:
 async def open_serial_port(
     port: SerialPort, protocol: Callable[[], asyncio.Protocol]
 ) -> asyncio.Transport:
-    """Open `port` for us alone; the protocol has been told when this returns.
+    """Open `port` exclusively; the protocol is connected when this returns.
 
     Raises OSError, with what to install if that is missing.
     """
@@ -109,16 +109,16 @@ async def open_serial_port(
             await asyncio.sleep(_AGAIN)
         except ValueError as fault:
             raise OSError(f"{port.device}: {fault}") from None
-    told = loop.create_future()
-    loop.call_soon(_tell, told)  # behind `connection_made`
+    connected = loop.create_future()
+    loop.call_soon(_set_connected, connected)  # behind `connection_made`
     try:
-        await told
+        await connected
     except asyncio.CancelledError:
         transport.abort()
         raise
     return cast(asyncio.Transport, transport)
 
 
-def _tell(told: asyncio.Future[None]) -> None:
-    if not told.done():
-        told.set_result(None)
+def _set_connected(connected: asyncio.Future[None]) -> None:
+    if not connected.done():
+        connected.set_result(None)

@@ -70,17 +70,17 @@ class ServedSerialPorts:
         try:
             for served in self._ports:
                 try:
-                    gone = await self._serve(served)
+                    closed = await self._serve(served)
                 except OSError as failure:
-                    told = f"serial port {served.port.device}: {reason(failure)}"
-                    raise SerialPortError(told) from None
-                self._keepers.append(self.loop.create_task(self._keep(served, gone)))
+                    message = f"serial port {served.port.device}: {reason(failure)}"
+                    raise SerialPortError(message) from None
+                self._keepers.append(self.loop.create_task(self._keep(served, closed)))
         except BaseException:
             await self.close()
             raise
 
     async def close(self) -> None:
-        """Close all ports; what waits to be sent is lost."""
+        """Close all ports, and drop unsent bytes."""
         for keeper in self._keepers:
             keeper.cancel()
         await asyncio.gather(*self._keepers, return_exceptions=True)
@@ -91,33 +91,33 @@ class ServedSerialPorts:
         ends = list(self._open.items())
         for peer, _ in ends:
             peer.abort()
-        for _, gone in ends:
-            await gone.wait()
+        for _, closed in ends:
+            await closed.wait()
 
     async def _serve(self, served: ServedPort) -> asyncio.Event:
-        """Open one port; the event is set once it is gone."""
-        gone = asyncio.Event()
+        """Open one port; the event is set once it is closed."""
+        closed = asyncio.Event()
         peer = _SerialPeer(self)
         await open_serial_port(served.port, lambda: _Connection(self, peer, served))
-        self._open[peer] = gone
+        self._open[peer] = closed
         if served.net_id is not None:
             self.router.add_route(served.net_id, peer)
         log.info("serving serial port %s", served.port)
-        return gone
+        return closed
 
-    async def _keep(self, served: ServedPort, gone: asyncio.Event) -> None:
-        """Wait until the port is gone and open it again, for ever."""
+    async def _keep(self, served: ServedPort, closed: asyncio.Event) -> None:
+        """Reopen the port each time that it is closed, for ever."""
         while True:
-            await gone.wait()
+            await closed.wait()
             log.warning(
-                "serial port %s is gone; it is opened again as soon as it is there",
+                "serial port %s is lost; it is opened again as soon as it is there",
                 served.port.device,
             )
             pause = _FIRST_PAUSE
             while True:
                 await asyncio.sleep(pause)
                 with contextlib.suppress(OSError):
-                    gone = await self._serve(served)
+                    closed = await self._serve(served)
                     break
                 pause = min(pause * 2, _LONGEST_PAUSE)
 
@@ -131,10 +131,10 @@ class ServedSerialPorts:
         """Its port is open."""
 
     def closed(self, peer: Peer) -> None:
-        """Its port is gone."""
-        gone = self._open.pop(peer, None)
-        if gone is not None:
-            gone.set()
+        """Note that the port of `peer` is closed."""
+        closed = self._open.pop(peer, None)
+        if closed is not None:
+            closed.set()
 
 
 class _SerialPeer(Peer):

@@ -81,7 +81,7 @@ class IdleConnections:
         return self._longest_idle(self._active.get(host, {}))
 
     def _longest_idle(self, active: dict[Peer, None]) -> Peer | None:
-        longest, found = IDLE_TIME, None
+        longest, idle = IDLE_TIME, None
         for _ in range(min(_LOOKS, len(active))):
             peer = next(iter(active))
             del active[peer]
@@ -90,5 +90,5 @@ class IdleConnections:
                 continue
             seconds = self._idle_time(peer)
             if seconds >= longest and not self._router.is_used(peer):
-                longest, found = seconds, peer
-        return found
+                longest, idle = seconds, peer
+        return idle

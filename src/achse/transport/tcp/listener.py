@@ -13,9 +13,9 @@ from typing import cast
 from achse.ams.connection import DEFAULT_MAX_LENGTH
 from achse.router import Router
 from achse.router.routes import Route
+from achse.transport.connections.byte_transport import Scheduler
 from achse.transport.connections.connection import TcpConnection
 from achse.transport.connections.fair_queue import FairQueue
-from achse.transport.connections.line import Turns
 from achse.transport.connections.peer import Peer
 from achse.transport.connections.send_budget import SendBudget
 from achse.transport.tcp.acceptor import Acceptor
@@ -98,7 +98,7 @@ class TcpListener:
         self._closing_idle: set[str] = set()
         """Hosts whose idle connections are closed; until a tenth is free again."""
         self._full: set[str] = set()
-        """Hosts that were told of a refusal, "" for all of them: until a tenth is free again."""
+        """Hosts whose refusal is logged, "" for all of them: until a tenth is free again."""
         self._per_host: Counter[str] = Counter()
         self._last_closed = asyncio.Event()
 
@@ -112,8 +112,9 @@ class TcpListener:
             raise
         self.router.routes.on_change(self._changed)
 
-    def begin(self, loop: Turns) -> None:
-        """Serve peers that begin a line of their own, without a socket; `open` adds sockets."""
+    def begin(self, loop: Scheduler) -> None:
+        """Serve peers that begin a transport of their own, without a socket; `open` adds
+        sockets."""
         self.loop = cast(asyncio.AbstractEventLoop, loop)
         self._serving = True
 
@@ -168,10 +169,10 @@ class TcpListener:
         return closed > 0
 
     def _changed(self, old: Route | None, new: Route | None) -> None:
-        """A route is another one: who came by it is judged again."""
+        """Review the access of peers of a route that has changed."""
         for peer in list(self.connections):
             for route in filter(None, (old, new)):
-                peer.judge_again(route)
+                peer.review_access(route)
 
     def _connection(self) -> asyncio.Protocol:
         """Return the protocol of a new incoming connection."""
@@ -247,7 +248,7 @@ class TcpListener:
         return True
 
     def _refuse(self, peer: Peer, whose: str = "", name: str = "", limit: int = 0) -> None:
-        """Turn a connection away; the log is told once, until there is room again."""
+        """Refuse a connection; log the first refusal until there is room again."""
         self.refused += 1
         if not name:
             peer.warn("no connections are taken now")
@@ -256,8 +257,8 @@ class TcpListener:
         if whose not in self._full:
             self._full.add(whose)
             log.warning(
-                "no room for %s: refused with 0x%X %s, as anyone who comes%s until some have left;"
-                " [router] %s is %d",
+                "no room for %s: refused with 0x%X %s, as all further clients%s until some have"
+                " left; [router] %s is %d",
                 *(peer.peer, NO_ROOM.number, NO_ROOM.name),
                 *(f" from {whose}" if whose else "", name, limit),
                 extra={"client": "", "peer": peer.peer},
@@ -269,8 +270,8 @@ class TcpListener:
         if peer in self.connections:
             if log.isEnabledFor(logging.INFO):
                 facts = {"client": peer.client, "peer": peer.peer}
-                whom = f", client {peer.client}" if peer.client else ""
-                log.info("%s has left%s", peer.peer, whom, extra=facts)
+                client = f", client {peer.client}" if peer.client else ""
+                log.info("%s has left%s", peer.peer, client, extra=facts)
             self._remove(peer)
         self.cut_off += peer.cut_off
         if not self.connections:

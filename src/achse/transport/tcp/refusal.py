@@ -1,4 +1,4 @@
-"""Connections for which there is no room: the first request is told so, then they end.
+"""Connections for which there is no room: the first request is answered so, then they end.
 
 A connection that is closed without a word looks like a missing route; one that is answered says
 what is wrong. What this costs is bounded in number, bytes and time, whatever the peers do.

@@ -16,7 +16,7 @@ from achse.router.forwarding.ledger import Resource
 from achse.router.forwarding.restoring import LinkMemory
 from achse.router.rights import Right
 from achse.router.routes import Admission, Route
-from achse.transport.connections.line import PeerOwner
+from achse.transport.connections.byte_transport import PeerOwner
 from achse.transport.connections.peer import Peer
 
 
@@ -42,8 +42,8 @@ class DialledPeer(Peer):
     - Its own NetId has the rights of the route. Another one has those of its own route, where that
       leads to the same place; else what strangers may, and never more than the route.
     - With `strict` strangers are refused (0x723); the connection stays, others use it.
-    - Behind a one-way route nobody asks, under whatever NetId.
-    - Requests that are unanswered when the connection ends are answered 0x1B: nobody knows whether
+    - Requests from behind a one-way route are refused, whatever their NetId.
+    - Requests that are unanswered when the connection ends are answered 0x1B: it is unknown whether
       they were done.
     """
 
@@ -59,7 +59,7 @@ class DialledPeer(Peer):
 
     def ended(self) -> None:
         """Pass on the answers and samples that came before the end, which waited for their turn."""
-        self._line = None
+        self._transport = None
         while self.connected and not self.work(math.inf):
             pass
         super().ended()
@@ -73,7 +73,7 @@ class DialledPeer(Peer):
 
     def release_orphans(self, done: Callable[[], object]) -> None:
         """Release the handles that earlier connections left at the target."""
-        if self._journal is None or not self._journal.held():
+        if self._journal is None or not self._journal.handles():
             done()
             return
         if self._forwarding is None:

@@ -1,6 +1,6 @@
 """Host names of routes, looked up beside the loop: a sender's address is compared with them.
 
-A look-up may take seconds, or hang; a thread of its own does it, which nobody waits for.
+A look-up may take seconds, or hang; a thread of its own does it, and no caller waits for it.
 """
 
 import asyncio
@@ -18,20 +18,20 @@ _AGAIN = 60.0
 """Seconds after which every name is looked up again: addresses change."""
 
 _SOONEST = 1.0
-"""Seconds between two look-ups of a name that senders ask for."""
+"""Seconds between two look-ups of a name that senders cause."""
 
 
 def addresses_of(name: str) -> Sequence[str]:
     """The addresses that a host name has now; none if it is unknown. Waits."""
     try:
-        found = socket.getaddrinfo(name, None, type=socket.SOCK_STREAM)
+        entries = socket.getaddrinfo(name, None, type=socket.SOCK_STREAM)
     except (OSError, UnicodeError):
         return ()
-    return sorted({str(entry[4][0]) for entry in found})
+    return sorted({str(entry[4][0]) for entry in entries})
 
 
 class HostNames:
-    """Keeps `routes` told which addresses their host names have, from `start` to `close`."""
+    """Updates the addresses of host names in `routes`, from `start` to `close`."""
 
     def __init__(
         self, routes: RouteTable, look_up: Callable[[str], Sequence[str]] = addresses_of
@@ -76,7 +76,7 @@ class HostNames:
 
     def _look_all_up(self) -> None:
         for name in self._routes.host_names:
-            self._ask(name)
+            self._start_look_up(name)
         self._timer = self._loop.call_later(_AGAIN, self._look_all_up)
 
     def _changed(self, old: Route | None, new: Route | None) -> None:
@@ -88,13 +88,13 @@ class HostNames:
             and (name := new.host_name) is not None
             and name not in self._last_look_up
         ):
-            self._ask(name)
+            self._start_look_up(name)
 
     def _look_up_soon(self, name: str) -> None:
         if self._loop.time() - self._last_look_up.get(name, -_SOONEST) >= _SOONEST:
-            self._ask(name)
+            self._start_look_up(name)
 
-    def _ask(self, name: str) -> None:
+    def _start_look_up(self, name: str) -> None:
         self._last_look_up[name] = self._loop.time()
         self._pending.setdefault(name, asyncio.Event())
         if self._thread is None:
@@ -116,10 +116,10 @@ class HostNames:
             return
         if not addresses:
             level = logging.DEBUG if event.is_set() else logging.WARNING
-            log.log(level, "host %s of a route is unknown: nobody comes in by it", name)
+            log.log(level, "host %s of a route is unknown: its senders are refused", name)
         self._routes.locate(name, addresses)
         event.set()
 
 
 def _nothing(_: str) -> None:
-    """Nobody looks names up any more."""
+    """Look up no more names."""

@@ -1,8 +1,8 @@
-"""The way along one route: what waits for a connection, when it is dialled, and what is refused.
+"""Uplink along one route: its queue, its dialling and its refusals.
 
 An uplink connects when a request wants to go there, and again after a loss for as long as it is in
 use. What waits for it is limited; what cannot go is refused with the router's own codes. It does no
-I/O: somebody else dials, see `Uplinks`.
+I/O: `Uplinks` dials.
 """
 
 import logging
@@ -15,8 +15,8 @@ from achse.codes import ReturnCode
 from achse.router import Router
 from achse.router.forwarding.restoring import LinkMemory
 from achse.router.routes import Route
+from achse.transport.connections.byte_transport import Scheduler, Timer
 from achse.transport.connections.fair_queue import FairQueue
-from achse.transport.connections.line import Timer, Turns
 from achse.transport.connections.peer import Peer
 from achse.transport.connections.send_budget import SendBudget
 from achse.transport.uplinks.dialled import DialledPeer
@@ -47,7 +47,7 @@ class Uplink:
 
     At most `queue_frames` frames and `queue_bytes` bytes wait while it connects (0x502 beyond). A
     host that cannot be reached answers 0x1B at once until the next attempt is due; a packet longer
-    than the route's `max_fragment` is refused with 0x1C, since nobody says how to split it.
+    than the route's `max_fragment` is refused with 0x1C, since no document says how to split it.
 
     With `strict` the far end asks nothing here under a NetId without a route.
 
@@ -61,7 +61,7 @@ class Uplink:
         self,
         router: Router,
         route: Route,
-        turns: Turns,
+        scheduler: Scheduler,
         dial: "Callable[[Uplink], None]",
         *,
         max_length: int = DEFAULT_MAX_LENGTH,
@@ -75,7 +75,7 @@ class Uplink:
         self.router = router
         self.route = route
         self.strict = strict
-        self.loop = turns
+        self.loop = scheduler
         self.max_length = max_length
         self.max_backlog = max_backlog
         self.queue_frames = queue_frames
@@ -193,14 +193,14 @@ class Uplink:
             self._dial(self)
 
     def make_peer(self) -> Peer:
-        """Return the peer for the line that was dialled."""
+        """Return the peer for the dialled transport."""
         nat = self.route.nat_net_id
         return DialledPeer(self) if nat is None else NatPeer(self, self.route.net_id, nat)
 
-    def judge_again(self, route: Route) -> None:
+    def review_access(self, route: Route) -> None:
         """Another route came, went or changed: the far end may send by it as well."""
         if self._connection is not None:
-            self._connection.judge_again(route)
+            self._connection.review_access(route)
 
     def failed(self, reason: str, code: ReturnCode = ReturnCode.HOST_UNREACHABLE) -> None:
         """The host could not be reached, or does not let us in; what waits is answered `code`."""
@@ -210,7 +210,7 @@ class Uplink:
         self._queue.refuse(code)
 
     def _back_off(self, what: str, *details: str) -> None:
-        """Say so once, and try again later unless nobody has wanted to go there for a while."""
+        """Log the first failure; dial again later if requests have come lately."""
         level = logging.DEBUG if self._pause else logging.WARNING
         log.log(level, f"route %s: {what}", self.route.name, *details)
         now = self.loop.time()
@@ -252,7 +252,7 @@ class Uplink:
                 self.refuse(frame, ReturnCode.TARGET_MACHINE_NOT_FOUND)
 
     def closed(self, peer: Peer) -> None:
-        """The connection is gone."""
+        """Note the end of the connection."""
         opening = peer is self._opening
         if opening or peer is self._connection:
             self._connection = self._opening = None

@@ -31,8 +31,8 @@ class Uplinks:
         credentials: Callable[[Route], Credentials] | None = None,
         strict: bool = False,
     ) -> None:
-        """`credentials(route)` says who we are at a route by Secure ADS; it raises ValueError or
-        ConnectionError where we cannot be anybody."""
+        """`credentials(route)` returns our credentials for a route by Secure ADS; it raises
+        ValueError or ConnectionError where there are none."""
         self.router = router
         self._credentials = credentials
         self._strict = strict
@@ -74,7 +74,7 @@ class Uplinks:
             self._add(new)
         for uplink in self:
             for route in filter(None, (old, new)):
-                uplink.judge_again(route)
+                uplink.review_access(route)
 
     def _add(self, route: Route) -> None:
         uplink = Uplink(

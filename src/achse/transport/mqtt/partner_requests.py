@@ -1,15 +1,15 @@
-"""Requests on their way to partners over MQTT, where no connection ends when a partner vanishes."""
+"""Pending requests to partners over MQTT, where no connection ends when a partner vanishes."""
 
 from achse.ams import Command, Flags, Frame
 from achse.ams.frame import AMS_HEADER
 from achse.codes import ReturnCode
 
 _MOST = 16_384
-"""Requests that may be unanswered; the oldest is forgotten."""
+"""Highest number of pending requests; the oldest is dropped for a further one."""
 
 
-class Unanswered:
-    """Requests without their answers; the answers they get if their target vanishes."""
+class PartnerRequests:
+    """Pending requests to partners, and their answers if a partner vanishes."""
 
     def __init__(self) -> None:
         self._requests: dict[tuple[bytes, bytes, int], Frame] = {}
@@ -18,7 +18,7 @@ class Unanswered:
         return len(self._requests)
 
     def add(self, frame: Frame) -> None:
-        """`frame` goes out; responses, notifications and what wants no answer are not kept."""
+        """Add `frame` if it is a request that expects an answer."""
         if frame.is_response or frame.command == Command.NOTIFICATION:
             return
         if frame.flags & Flags.NO_RESPONSE:
@@ -29,13 +29,13 @@ class Unanswered:
         self._requests[frame.source, frame.target, frame.invoke_id] = Frame(*head)
 
     def answered(self, message: bytes) -> None:
-        """A message came; if it is a response, nobody waits for it any more."""
+        """Remove the request that `message` answers, if it is a response."""
         target, source, _, flags, _, _, invoke_id = AMS_HEADER.unpack_from(message)
         if flags & Flags.RESPONSE:
             self._requests.pop((target, source, invoke_id), None)
 
     def fail(self, net_id: bytes) -> list[Frame]:
         """Remove the requests to a router that is offline, and return their answers with 0x7."""
-        gone = [key for key in self._requests if key[1][:6] == net_id]
-        asked = [self._requests.pop(key) for key in gone]
-        return [each.reply(error=ReturnCode.TARGET_MACHINE_NOT_FOUND.number) for each in asked]
+        keys = [key for key in self._requests if key[1][:6] == net_id]
+        requests = [self._requests.pop(key) for key in keys]
+        return [each.reply(error=ReturnCode.TARGET_MACHINE_NOT_FOUND.number) for each in requests]
