@@ -31,7 +31,7 @@ def test_second_router_goes_on_without_the_file(
         assert len(second) == 1
     assert "another router has it" in caplog.text
     with opened_journal(OWN, tmp_path) as journal:
-        assert [each.handle for each, _ in journal.held_at(b"device")] == [7]
+        assert [each.handle for each, _ in journal.handles_at(b"device")] == [7]
 
 
 def test_folder_or_file_that_cannot_be_used_is_reported(

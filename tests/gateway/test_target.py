@@ -42,10 +42,10 @@ async def test_target_that_falls_silent_is_dialled_again() -> None:
                 swallowed.append(frame)
                 return True
 
-            target.listener.router.put_gate(swallow)
+            target.listener.router.set_frame_filter(swallow)
             await until(lambda: uplink.losses)
             assert swallowed
-            target.listener.router.put_gate(None)
+            target.listener.router.set_frame_filter(None)
             await until(lambda: link.state is TargetState.READY)
             assert uplink.connections >= 2
 
@@ -70,6 +70,6 @@ async def test_silent_system_service_does_not_end_a_link_that_is_used() -> None:
                     forwarding.returned += 1  # an answer to another client
                 return True
 
-            target.listener.router.put_gate(others_only)
+            target.listener.router.set_frame_filter(others_only)
             await until(lambda: silent > 3)
             assert (uplink.losses, str(NetId(NET_ID))) == (0, NET_ID)

@@ -378,18 +378,18 @@ def test_answers_from_behind_a_route_find_the_client(router: Router) -> None:
     assert client.frames == [answer]
 
 
-# gates
+# filters
 
 
-def test_requests_are_watched_outside_the_gate_and_answers_too(router: Router) -> None:
+def test_requests_are_watched_outside_the_filter_and_answers_too(router: Router) -> None:
     router.register(851, Device(router))
     client, seen = Inbox(), list[str]()
 
     def note(name: str, frame: Frame) -> None:
         seen.append(f"{name} {'answer' if frame.is_response else 'request'}")
 
-    def gate(frame: Frame, onward: Callable[[Frame], bool]) -> bool:
-        note("gate", frame)
+    def frame_filter(frame: Frame, onward: Callable[[Frame], bool]) -> bool:
+        note("filter", frame)
         return onward(frame)
 
     request = _request(PLC)
@@ -398,13 +398,13 @@ def test_requests_are_watched_outside_the_gate_and_answers_too(router: Router) -
     assert router.deliver(request)
     assert seen == ["watcher request", "watcher answer"]
     seen.clear()
-    router.put_gate(gate)
+    router.set_frame_filter(frame_filter)
     assert router.deliver(request)
-    assert seen == ["watcher request", "gate request", "gate answer", "watcher answer"]
+    assert seen == ["watcher request", "filter request", "filter answer", "watcher answer"]
     seen.clear()
     router.put_watcher(None)
     assert router.deliver(request)
-    assert seen == ["gate request", "gate answer"]
+    assert seen == ["filter request", "filter answer"]
     assert [frame.data for frame in client.frames] == [b"answer"] * 3
 
 
@@ -416,12 +416,12 @@ def test_what_passes_a_gate_later_is_seen_by_who_watches_then(router: Router) ->
         held.append(lambda: onward(frame))
         return True
 
-    router.put_gate(hold)
+    router.set_frame_filter(hold)
     router.put_watcher(lambda frame: None)
     answer = Frame(AmsAddress.of(OURS, FIRST_CLIENT_PORT), PLC, 2, 5)
     router.deliver(answer)
     router.put_watcher(seen.append)
-    router.put_gate(None)
+    router.set_frame_filter(None)
     assert held[0]()
     assert (seen, inbox.frames) == ([answer], [answer])
 
@@ -431,18 +431,18 @@ def test_a_gate_may_keep_double_or_change_a_frame_and_leave(router: Router) -> N
     router.register(851, inbox)
 
     def keep(frame: Frame, onward: Callable[[Frame], bool]) -> bool:
-        router.put_gate(double)
+        router.set_frame_filter(double)
         return True
 
     def double(frame: Frame, onward: Callable[[Frame], bool]) -> bool:
         frame.data = b"changed"
         return onward(frame) and onward(frame)
 
-    router.put_gate(keep)
+    router.set_frame_filter(keep)
     assert router.deliver(_request(PLC))
     assert inbox.frames == []
     assert router.deliver(_request(PLC))
     assert [frame.data for frame in inbox.frames] == [b"changed", b"changed"]
-    router.put_gate(None)
+    router.set_frame_filter(None)
     assert router.deliver(_request(PLC))
     assert inbox.frames[-1].data == b"request"

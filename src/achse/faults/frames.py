@@ -6,7 +6,7 @@ from achse.ams import Command, Frame
 from achse.ams.commands import ERROR_PADDING, RESULT
 from achse.codes import ReservedGroup
 from achse.faults.fault import ActiveFault, FieldUnit, Moment, Undo, number
-from achse.faults.gate import FrameFault, FrameGate, Onward
+from achse.faults.fault_filter import FaultFilter, FrameFault, Onward
 from achse.faults.refusals import Refusal
 from achse.faults.selection import (
     Code,
@@ -29,7 +29,7 @@ class _FrameKind(FrameFault, StationFault):
             self.found_symbol(site.target)
 
     def begin(self, site: Site, active: ActiveFault) -> Undo:
-        return site.gate.begin(active, self, self.selection(site.target))
+        return site.fault_filter.begin(active, self, self.selection(site.target))
 
 
 class _SidedKind(_FrameKind, Sided):
@@ -43,7 +43,9 @@ class Drop(_SidedKind):
 
     kind: Literal["drop"] = "drop"
 
-    def disturb(self, gate: FrameGate, active: ActiveFault, frame: Frame, onward: Onward) -> bool:
+    def disturb(
+        self, fault_filter: FaultFilter, active: ActiveFault, frame: Frame, onward: Onward
+    ) -> bool:
         return True
 
 
@@ -54,11 +56,13 @@ class Delay(_SidedKind):
     by: Moment
     """Delay of the frames, s."""
 
-    def disturb(self, gate: FrameGate, active: ActiveFault, frame: Frame, onward: Onward) -> bool:
+    def disturb(
+        self, fault_filter: FaultFilter, active: ActiveFault, frame: Frame, onward: Onward
+    ) -> bool:
         def arrive() -> None:
             onward(frame)
 
-        return gate.keep(self.by, frame, arrive) or onward(frame)
+        return fault_filter.delay(self.by, frame, arrive) or onward(frame)
 
 
 class Duplicate(_SidedKind):
@@ -66,7 +70,9 @@ class Duplicate(_SidedKind):
 
     kind: Literal["duplicate"] = "duplicate"
 
-    def disturb(self, gate: FrameGate, active: ActiveFault, frame: Frame, onward: Onward) -> bool:
+    def disturb(
+        self, fault_filter: FaultFilter, active: ActiveFault, frame: Frame, onward: Onward
+    ) -> bool:
         second = Frame(
             frame.target, frame.source, frame.command, frame.flags, frame.error,
             frame.invoke_id, frame.data,
@@ -83,20 +89,22 @@ class Reorder(_SidedKind):
     by: Moment | None = None
     """Delay of a frame without a second one, s; empty: 0.1."""
 
-    def disturb(self, gate: FrameGate, active: ActiveFault, frame: Frame, onward: Onward) -> bool:
-        first = gate.delayed_frames.pop(active.number, None)
+    def disturb(
+        self, fault_filter: FaultFilter, active: ActiveFault, frame: Frame, onward: Onward
+    ) -> bool:
+        first = fault_filter.delayed_frames.pop(active.number, None)
         if first is not None:
             return onward(frame) and first[1](first[0])
         entry = (frame, onward)
 
         def give_up() -> None:
-            if gate.delayed_frames.get(active.number) is entry:
-                del gate.delayed_frames[active.number]
+            if fault_filter.delayed_frames.get(active.number) is entry:
+                del fault_filter.delayed_frames[active.number]
                 onward(frame)
 
-        if not gate.keep(_ALONE_S if self.by is None else self.by, frame, give_up):
+        if not fault_filter.delay(_ALONE_S if self.by is None else self.by, frame, give_up):
             return onward(frame)
-        gate.delayed_frames[active.number] = entry
+        fault_filter.delayed_frames[active.number] = entry
         return True
 
 
@@ -105,7 +113,9 @@ class Cut(_FrameKind):
 
     kind: Literal["cut"] = "cut"
 
-    def disturb(self, gate: FrameGate, active: ActiveFault, frame: Frame, onward: Onward) -> bool:
+    def disturb(
+        self, fault_filter: FaultFilter, active: ActiveFault, frame: Frame, onward: Onward
+    ) -> bool:
         break_off = getattr(frame.via, "break_off", None)
         if break_off is not None:
             break_off(frame)
@@ -119,7 +129,9 @@ class Truncate(_SidedKind):
     size: Annotated[int, number(int, 1), FieldUnit("bytes")] | None = None
     """Bytes that are missing; empty: 1."""
 
-    def disturb(self, gate: FrameGate, active: ActiveFault, frame: Frame, onward: Onward) -> bool:
+    def disturb(
+        self, fault_filter: FaultFilter, active: ActiveFault, frame: Frame, onward: Onward
+    ) -> bool:
         frame.data = frame.data[: -(self.size or 1)]
         return onward(frame)
 
@@ -129,7 +141,9 @@ class WrongInvokeId(_FrameKind):
 
     kind: Literal["wrong_invoke_id"] = "wrong_invoke_id"
 
-    def disturb(self, gate: FrameGate, active: ActiveFault, frame: Frame, onward: Onward) -> bool:
+    def disturb(
+        self, fault_filter: FaultFilter, active: ActiveFault, frame: Frame, onward: Onward
+    ) -> bool:
         frame.invoke_id ^= 0x8000_0000
         return onward(frame)
 
@@ -169,12 +183,14 @@ class Error(_FrameKind):
         refusal = Refusal(active, self.code, selection, host, site.finish)
         return site.refusals.add(refusal, places)
 
-    def disturb(self, gate: FrameGate, active: ActiveFault, frame: Frame, onward: Onward) -> bool:
+    def disturb(
+        self, fault_filter: FaultFilter, active: ActiveFault, frame: Frame, onward: Onward
+    ) -> bool:
         try:
             padding = ERROR_PADDING[Command(frame.command)]
         except (KeyError, ValueError):
             return onward(frame)  # the device says that there is no such command
-        return gate.router.deliver(frame.reply(RESULT.pack(self.code) + padding))
+        return fault_filter.router.deliver(frame.reply(RESULT.pack(self.code) + padding))
 
 
 class RouterRefusal(_FrameKind):
@@ -188,5 +204,7 @@ class RouterRefusal(_FrameKind):
     def on_answer(self) -> bool:
         return False
 
-    def disturb(self, gate: FrameGate, active: ActiveFault, frame: Frame, onward: Onward) -> bool:
-        return gate.router.deliver(frame.reply(error=self.code))
+    def disturb(
+        self, fault_filter: FaultFilter, active: ActiveFault, frame: Frame, onward: Onward
+    ) -> bool:
+        return fault_filter.router.deliver(frame.reply(error=self.code))

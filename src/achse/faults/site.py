@@ -4,7 +4,7 @@ from collections.abc import Callable, Collection
 from typing import NamedTuple
 
 from achse.faults.fault import ActiveFault, Fault, FaultError, Undo
-from achse.faults.gate import FrameGate, Later
+from achse.faults.fault_filter import FaultFilter, Later
 from achse.faults.refusals import Refusals
 from achse.faults.selection import devices_at
 from achse.faults.target import FaultyStation
@@ -32,7 +32,7 @@ class Site:
         self, target: FaultyStation, later: Later, finish: Callable[[ActiveFault], None]
     ) -> None:
         self.target = target
-        self.gate = FrameGate(target.router, later, finish)
+        self.fault_filter = FaultFilter(target.router, later, finish)
         self.refusals = Refusals()
         self.finish = finish
         """Ends a fault that has hit as often as it should."""

@@ -34,7 +34,7 @@ def statistics(gateway: CountedGateway) -> dict[str, Any]:
         "held_bytes": sum(budget.total for budget in {each.send_budget for each in listeners}),
         "lost_frames": router.lost_frames,
         "requests_denied": router.denied,
-        "clients": [router.client_row(each) for each in router.asking.busiest()],
+        "clients": [router.client_row(each) for each in router.client_figures.busiest()],
         "targets": [_of_target(each) for each in gateway.targets],
     }
 

@@ -60,18 +60,18 @@ class Clients:
                 self.forget(next(iter(self.by_source)))
         return known
 
-    def asked(self, source: bytes, count: int = 1) -> None:
-        """So many requests came from `source`."""
+    def count_requests(self, source: bytes, count: int = 1) -> None:
+        """Add `count` requests of `source`."""
         self.figures(source).requests += count
 
-    def refused(self, source: bytes) -> None:
-        """`source` got an error for an answer. Unknown is not an error."""
+    def count_error(self, source: bytes) -> None:
+        """Add one error answer to `source`, if it is known."""
         known = self.by_source.get(source)
         if known is not None:
             known.errors += 1
 
     def forget(self, source: bytes) -> None:
-        """`source` has gone. Unknown is not an error."""
+        """Remove the figures of `source`, if it is known."""
         known = self.by_source.pop(source, None)
         if known is not None:
             known.forgotten = True

@@ -34,8 +34,8 @@ NO_RIGHTS = Right(0)
 ALL_RIGHTS = Right.READ | Right.WRITE | Right.STATE | Right.FILES | Right.METHODS
 
 _UNLIMITED = (500, 801, 802)
-"""Of the system service: a program that is started may do anything, and who adds a route may give
-it every right."""
+"""Of the system service: a program that is started may do anything, and a client that adds a route
+may grant it every right."""
 
 _CHANGES = (Command.WRITE, Command.READ_WRITE)
 """At port 26000 they record what others may, cause faults that restart the station, stop PLCs."""

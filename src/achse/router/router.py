@@ -24,7 +24,7 @@ FIRST_CLIENT_PORT = 32768
 LOOPBACK_NET_ID = NetId("127.0.0.1.1.1")
 """Alias of the local NetId on every router."""
 
-Gate = Callable[[Frame, Callable[[Frame], bool]], bool]
+FrameFilter = Callable[[Frame, Callable[[Frame], bool]], bool]
 """Is in the way of each frame, with what hands it on: faults."""
 
 WayListener = Callable[[Endpoint], None]
@@ -50,10 +50,10 @@ class Router:
     - `learn` notes by which connection a client's address was last seen, so that responses and
       notifications find back to clients that never registered (remote ones never do); requests do
       not go there, or anyone could pose as a server by its source address;
-    - a request for a port nobody holds is answered with AMS error 0x6, one for a NetId without a
-      route with 0x7, both in the header with empty data.
+    - a request for a port without a device is answered with AMS error 0x6, one for a NetId without
+      a route with 0x7, both in the header with empty data.
 
-    `routes` is the table with names and hosts; anyone who dials those hosts puts an endpoint behind
+    `routes` is the table with names and hosts; the dialler of those hosts puts an endpoint behind
     each NetId. Only requests travel along routes: what comes back takes the way a request came,
     so that it cannot go in circles.
     """
@@ -78,19 +78,19 @@ class Router:
         self._close_listeners: list[Callable[[AmsAddress], None]] = []
         self._way_listeners: dict[WayListener, WayUser | None] = {}
         """Listeners for the end of a connection, each with a predicate for connections in use."""
-        self._gate: Gate | None = None
+        self._frame_filter: FrameFilter | None = None
         self._watcher: Watcher | None = None
         self.attended = False
-        """True while there is a gate or a watcher."""
+        """True while there is a filter or a watcher."""
         self._next_port = FIRST_CLIENT_PORT
-        self.asking = Clients()
+        self.client_figures = Clients()
         """Clients of the router, with the number of their requests and errors."""
         self.lost_frames = 0
-        """Responses and notifications nobody was there for."""
+        """Responses and notifications without a receiver."""
         self.denied = 0
         """Requests whose sender had no right to them."""
         self.changes = 0
-        """Counts what changes the way of frames: ports, routes, gate and watcher."""
+        """Counts what changes the way of frames: ports, routes, filter and watcher."""
 
     def is_local(self, net_id: bytes) -> bool:
         """True for our NetId and its loopback alias."""
@@ -117,7 +117,7 @@ class Router:
         return address
 
     def reserve(self, ports: Iterable[int]) -> None:
-        """Keep ports for who releases them: until then nobody registers there."""
+        """Reserve ports until they are released: until then no client registers there."""
         self._reserved.update(ports)
 
     def release(self, port: int) -> None:
@@ -144,7 +144,7 @@ class Router:
         self._local.pop(address)
         self.changes += 1
         self._local.pop(AmsAddress.of(LOOPBACK_NET_ID, port), None)
-        self.asking.forget(address)
+        self.client_figures.forget(address)
         for listener in self._close_listeners:
             listener(address)
 
@@ -164,7 +164,7 @@ class Router:
 
     @property
     def free_ports(self) -> int:
-        """Client ports (32768 up) that nobody holds."""
+        """Client ports (32768 up) that are free."""
         return 0x1_0000 - FIRST_CLIENT_PORT - self._client_ports
 
     def on_port_closed(self, listener: Callable[[AmsAddress], None]) -> None:
@@ -211,7 +211,7 @@ class Router:
     def beyond(self, target: bytes) -> Endpoint | None:
         """Return the endpoint of the route to `target`; None for local ones.
 
-        Also None if there is a gate or a watcher: those see each frame.
+        Also None if there is a filter or a watcher: those see each frame.
         """
         net_id = target[:6]
         return None if self.attended or self.is_local(net_id) else self._routes.get(net_id)
@@ -228,7 +228,7 @@ class Router:
         ways.pop(endpoint, None)
         if not ways:
             self._learned.pop(source, None)
-            self.asking.forget(source)
+            self.client_figures.forget(source)
 
     def crowd_out(self, source: bytes, endpoint: Endpoint) -> None:
         """Forget a client that may still be there: others behind `endpoint` are newer.
@@ -248,7 +248,7 @@ class Router:
 
         Requests and errors are None for a client that has subscribed and asks no more.
         """
-        figures = self.asking.get(client)
+        figures = self.client_figures.get(client)
         return {
             "address": str(AmsAddress(client)),
             "peer": getattr(self.way_to(client), "peer", None),
@@ -283,13 +283,13 @@ class Router:
     def deliver(self, frame: Frame) -> bool:
         """Hand `frame` to its target. A request that finds none is answered with an AMS error.
 
-        False if nobody took it.
+        False if no endpoint accepted it.
         """
         if frame.flags & 1:
             if frame.error or any(frame.data[:4]):
-                self.asking.refused(frame.target)
+                self.client_figures.count_error(frame.target)
         elif frame.command != _NOTIFICATION:
-            self.asking.asked(frame.source)
+            self.client_figures.count_requests(frame.source)
         return self._show(frame) if self.attended else self._pass(frame)
 
     def _pass(self, frame: Frame) -> bool:
@@ -309,54 +309,54 @@ class Router:
         return False
 
     def _show(self, frame: Frame) -> bool:
-        """Past watcher and gate, then to the target.
+        """Pass a frame through watcher and filter to the target.
 
-        Outside is where clients are: requests are seen before the gate, what comes back behind it.
+        The watcher is on the clients' side: it sees requests before the filter, answers behind it.
         """
-        gate, watcher = self._gate, self._watcher
+        frame_filter, watcher = self._frame_filter, self._watcher
         outwards = frame.flags & 1 or frame.command == Command.NOTIFICATION
         if watcher is None:
-            return self._pass(frame) if gate is None else gate(frame, self._pass)
-        if gate is None or not outwards:
+            return self._pass(frame) if frame_filter is None else frame_filter(frame, self._pass)
+        if frame_filter is None or not outwards:
             watcher(frame)
-            return self._pass(frame) if gate is None else gate(frame, self._pass)
-        return gate(frame, self._watched)
+            return self._pass(frame) if frame_filter is None else frame_filter(frame, self._pass)
+        return frame_filter(frame, self._watched)
 
     def _watched(self, frame: Frame) -> bool:
-        """Past the watcher of now, then to the target."""
+        """Pass a frame through the watcher to the target."""
         if self._watcher is not None:
             self._watcher(frame)
         return self._pass(frame)
 
     def groups_at(self, target: bytes) -> Mapping[int, Any] | None:
-        """The index groups of the device at a local port, for those who read them in its place.
+        """Return the index groups of the device at a local port, to read them in its place.
 
-        None if nobody is there, or another than a device, or if somebody is in the way of frames.
+        None without a device there, and while there is a filter or a watcher.
         """
         return None if self.attended else getattr(self._local.get(target), "readable_groups", None)
 
-    def put_gate(self, gate: Gate | None) -> None:
-        """Let every frame pass `gate` from now on; None: nothing is in the way.
+    def set_frame_filter(self, frame_filter: FrameFilter | None) -> None:
+        """Let every frame pass `frame_filter` from now on; None removes the filter.
 
-        A gate hands on what it lets pass: the frame, another one, several or none, now or later.
-        What it gives back says whether the frame was taken. There is one, so that no number of
+        A filter passes on the frame, another one, several or none, now or later. It returns True
+        if the frame was accepted. There is one, so that no number of
         faults or clients makes the way of a frame longer.
         """
-        self._gate = gate
+        self._frame_filter = frame_filter
         self.changes += 1
-        self.attended = gate is not None or self._watcher is not None
+        self.attended = frame_filter is not None or self._watcher is not None
 
     def put_watcher(self, watcher: Watcher | None) -> None:
-        """Show every frame to `watcher` from now on; None: to nobody. There is one."""
+        """Show every frame to `watcher` from now on; None: to none. There is one."""
         self._watcher = watcher
         self.changes += 1
-        self.attended = watcher is not None or self._gate is not None
+        self.attended = watcher is not None or self._frame_filter is not None
 
     def _beyond(self, frame: Frame) -> Endpoint | None:
         """Return the endpoint for a frame to a port that is not local; None if there is none."""
         backwards = frame.is_response or frame.command == Command.NOTIFICATION
         origin = frame.origin
-        # What nobody here has asked for and comes from elsewhere could go in circles for ever.
+        # Unexpected answers from elsewhere could go in circles for ever.
         wanted = origin is None or frame.via is not None or self.is_local(frame.source[:6])
         if backwards and wanted and (way := self.way_to(frame.target)):
             return way
@@ -367,7 +367,7 @@ class Router:
         if origin is None:
             return endpoint
         # Of frames on their way through only requests go on, and only those that get an answer:
-        # the endpoint tells by what is unanswered that they go in circles.
+        # the endpoint detects circles by its pending requests.
         quiet = frame.flags & _NO_RESPONSE and not self.is_local(frame.source[:6])
         if backwards or quiet or endpoint in (origin, getattr(origin, "owner", None)):
             return None

@@ -247,8 +247,8 @@ class RouteTable:
         if fixed:
             self._fixed = self._fixed - gone | {name}
         if same is not None and same is not old:
-            self._tell(same, None)
-        self._tell(old, route)
+            self._notify(same, None)
+        self._notify(old, route)
 
     def remove(self, name: str) -> Route | None:
         """Remove the route of that name; None if there is none.
@@ -261,8 +261,8 @@ class RouteTable:
             return None
         if key in self._fixed:
             raise FixedRouteError(f"route {route.name!r} is fixed")
-        self._change_to({each: kept for each, kept in self._by_name.items() if each != key})
-        self._tell(route, None)
+        self._change_to({each: other for each, other in self._by_name.items() if each != key})
+        self._notify(route, None)
         return route
 
     def _change_to(self, by_name: dict[str, Route]) -> None:
@@ -270,13 +270,15 @@ class RouteTable:
         self._by_name = by_name
         self._by_net_id = {route.net_id: route for route in by_name.values()}
         names = self.host_names
-        self._located = {name: found for name, found in self._located.items() if name in names}
+        self._located = {
+            name: addresses for name, addresses in self._located.items() if name in names
+        }
 
-    def _tell(self, old: Route | None, new: Route | None) -> None:
+    def _notify(self, old: Route | None, new: Route | None) -> None:
         for listener in list(self._listeners):
             listener(old, new)
 
-    # who may come in ---------------------------------------------------------------------------
+    # admission ---------------------------------------------------------------------------------
 
     @property
     def host_names(self) -> set[str]:
@@ -284,7 +286,7 @@ class RouteTable:
         return {name for route in self._by_name.values() if (name := route.host_name)}
 
     def locate(self, host_name: str, addresses: Iterable[str]) -> None:
-        """From now on `host_name` has these addresses; before, nobody comes from there."""
+        """Set the addresses of `host_name`; without them senders from there are refused."""
         self._located[host_name.casefold()] = frozenset(addresses)
 
     def _addresses(self, route: Route) -> frozenset[str]:
@@ -294,10 +296,10 @@ class RouteTable:
     def comes_from(self, route: Route, host: str) -> bool:
         """Return True if the route leads to the address `host`; if not, its name is looked up
         again."""
-        found = route.comes_from(host, self._addresses(route))
-        if not found and route.host_name:
+        matches = route.comes_from(host, self._addresses(route))
+        if not matches and route.host_name:
             self.look_up(route.host_name)
-        return found
+        return matches
 
     def admission(self, net_id: bytes, host: str) -> Admission:
         """Return the admission of frames from `net_id` that come by plain AMS/TCP from `host`.
@@ -308,7 +310,7 @@ class RouteTable:
         if route is None or route.tls is not None:
             return Admission.UNKNOWN
         if not self.comes_from(route, host):
-            # it may be the other side of a one-way route, as long as nobody knows where that is
+            # it may be the other side of a one-way route, as long as its address is unknown
             nowhere = route.host_name is not None and not self._addresses(route)
             return Admission.ONE_WAY if nowhere and route.one_way else Admission.UNKNOWN
         return Admission.ONE_WAY if route.one_way else Admission.ROUTED
@@ -326,4 +328,4 @@ def _not_kept(_: Sequence[Route]) -> None:
 
 
 def _not_looked_up(_: str) -> None:
-    """Nobody looks names up."""
+    """Look up nothing."""

@@ -1,4 +1,4 @@
-"""Taps: what passes a router, kept once for all who fetch it, and the bytes it travels as."""
+"""Taps: captured frames of a router, stored once for all readers, and their encoding."""
 
 import struct
 from collections import deque
@@ -62,8 +62,8 @@ class Taps:
 
     Each frame is kept once, however many taps are open, until every tap has fetched it; of more
     than `limit` bytes the oldest are lost. At most `most` taps are open at a time. Requests for the
-    AMS port `spared` and their answers are left out: those who fetch. `clock` gives Unix ns.
-    While no tap is open nobody sees the frames.
+    AMS port `spared` and their answers, those of the readers, are left out. `clock` gives Unix ns.
+    Without an open tap no frame is captured.
     """
 
     def __init__(
@@ -100,7 +100,7 @@ class Taps:
         return tap
 
     def close(self, tap: "Tap") -> None:
-        """End a tap; what it has not fetched is gone. Unknown is not an error."""
+        """End a tap and drop its captures. Unknown is not an error."""
         self._open.pop(tap, None)
         if not self._open:
             self._router.put_watcher(None)
@@ -113,19 +113,19 @@ class Taps:
         if tap.next < self._first:
             tap.lost_captures += self._first - tap.next
             tap.next = self._first
-        taken: list[Captured] = []
+        captures: list[Captured] = []
         for capture in islice(self._captures, tap.next - self._first, None):
             size -= _size(capture)
             if size < 0:
-                if taken:
+                if captures:
                     break
                 tap.lost_captures += 1
                 tap.next += 1
                 break
-            taken.append(capture)
-        tap.next += len(taken)
+            captures.append(capture)
+        tap.next += len(captures)
         self._forget_fetched()
-        return taken
+        return captures
 
     def _forget_fetched(self) -> None:
         newest = self._first + len(self._captures)
@@ -152,21 +152,21 @@ class Taps:
 
 
 class Tap:
-    """One who fetches what passes a router; `Taps.open` makes it."""
+    """Reader of the frames that pass a router; `Taps.open` makes it."""
 
     def __init__(self, taps: Taps, begin: int) -> None:
         self._taps = taps
         self.next = begin
         """Number of the frame that it gets next."""
         self.lost_captures = 0
-        """Captures that were dropped because nobody fetched them in time."""
+        """Captures that were dropped because the reader was late."""
 
     def take(self, size: int) -> list[Captured]:
         """The oldest captures, up to `size` bytes of them; one that never fits is lost."""
         return self._taps.take(self, size)
 
     def close(self) -> None:
-        """End; what was not fetched is gone."""
+        """End, and drop the captures that were not fetched."""
         self._taps.close(self)
 
 

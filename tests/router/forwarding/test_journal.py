@@ -41,7 +41,7 @@ def contents(journal: HandleJournal) -> Counter[HeldHandle]:
         {
             each: count
             for net_id in (b"target", b"others")
-            for each, count in journal.held_at(net_id)
+            for each, count in journal.handles_at(net_id)
         }
     )
 
@@ -57,7 +57,7 @@ def test_next_process_finds_what_the_last_one_wrote(
         key = HeldHandle(alias, device, handle)
         match kind:
             case "asked":
-                journal.asked(alias, device)
+                journal.add_requester(alias, device)
                 expected[key._replace(handle=0)] = 1
             case "fetched":
                 journal.fetched(*key)

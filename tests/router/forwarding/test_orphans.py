@@ -61,7 +61,7 @@ def test_lost_connection_leaves_no_handle_at_a_target_that_stays() -> None:
     assert chain.target.held_by_clients == (0, 0)
     journal = chain.hosts[0].router.journal
     assert journal is not None
-    assert (len(journal), journal.held_at(chain.target.router.net_id)) == (0, [])
+    assert (len(journal), journal.handles_at(chain.target.router.net_id)) == (0, [])
 
 
 def test_foreign_target_gets_each_number(foreign_target: list[int]) -> None:

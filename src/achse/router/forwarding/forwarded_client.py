@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from achse.router.forwarding.pending import PendingExchange
 
 _UNKNOWN_TIME = 0
-"""Stamp of samples without data: the target is gone, and the router does not know its time."""
+"""Stamp of samples without data: the target has ended, and the router does not know its time."""
 
 
 class ClientLoad:
@@ -39,7 +39,7 @@ class ClientLoad:
 
 
 class ForwardedClient:
-    """A client: its connection, its source address, and what it holds at the targets."""
+    """A client: its connection, its source address, and its resources at the targets."""
 
     __slots__ = (
         "alias", "client", "exchanges", "handles", "is_disconnected", "listed", "load", "recipes",

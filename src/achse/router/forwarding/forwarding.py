@@ -96,7 +96,7 @@ class Forwarding:
         self.returned = 0
         """Answers and notifications that came so far."""
         self.refused = 0
-        """Requests that were refused for what is under way."""
+        """Requests that were refused because too many were pending."""
         self.latencies = Latencies()
         """Latencies of every sixteenth answer."""
 
@@ -116,7 +116,7 @@ class Forwarding:
 
     @property
     def resources(self) -> Iterator[tuple[ForwardedClient, Resource]]:
-        """All resources that clients hold, those of clients that are gone included."""
+        """All resources of clients, those of disconnected clients included."""
         for session in self._sessions:
             yield from ((session, resource) for resource in session.resources)
         yield from self._own.to_release
@@ -178,7 +178,7 @@ class Forwarding:
             if refusal is not None:
                 return refusal
             if change is not None and self._journal is not None and change.fetches_handle:
-                self._journal.asked(session.alias, change.target)
+                self._journal.add_requester(session.alias, change.target)
         if session.alias == frame.source and data is frame.data:
             return frame
         forwarded = _with(frame, data)
@@ -313,7 +313,7 @@ class Forwarding:
         return False
 
     def _apply(self, session: ForwardedClient, change: ResourceChange, answer: bytes) -> None:
-        """Enter what an answer brought, and take out what it says was released."""
+        """Add and remove the resources that an answer returns or releases."""
         for action, resource in change.outcomes(answer):
             if action.handle is None:
                 self._enter(session, resource, action.recipe)
@@ -356,7 +356,7 @@ class Forwarding:
         def came(answer: Frame) -> None:
             memory.versions[target] = b"" if answer.error else answer.data
 
-        self._ask(session, target, Command.READ, version_request(), came)
+        self._send_request(session, target, Command.READ, version_request(), came)
 
     def _discard(self, session: ForwardedClient, resource: Resource) -> None:
         """A resource was released by `session`, which may not be the one that fetched it."""
@@ -420,7 +420,7 @@ class Forwarding:
             self._subscribers.pop(resource, None)
         self._own.release_all(session)
 
-    def _ask(
+    def _send_request(
         self,
         session: ForwardedClient,
         target: bytes,
@@ -429,7 +429,7 @@ class Forwarding:
         answered: Callable[[Frame], None],
     ) -> None:
         """Send a request of the router as a client."""
-        self._own.ask(session, target, command, data, answered)
+        self._own.send_request(session, target, command, data, answered)
 
     # a new connection ------------------------------------------------------------------------
 
@@ -449,10 +449,10 @@ class Forwarding:
             done()
 
         journal = self._journal
-        if journal is None or not journal.held():
+        if journal is None or not journal.handles():
             done()
             return
-        work = self._orphans = OrphanRelease(journal, session_of, self._ask, ended)
+        work = self._orphans = OrphanRelease(journal, session_of, self._send_request, ended)
         work.begin()
         self._look_at(work, _RELEASED_WITHIN, _PATIENCE, 0)
 
@@ -487,8 +487,8 @@ class Forwarding:
 
         if self._journal is not None:
             for each in dict.fromkeys(each.target for each in old.resources):
-                self._journal.asked(new.alias, each)
-        work = Restoration(old, new, memory, self._ask, self._enter, lost, ended)
+                self._journal.add_requester(new.alias, each)
+        work = Restoration(old, new, memory, self._send_request, self._enter, lost, ended)
         self._restorations.append(work)
         work.begin()
         self._look_at(work, _RESTORED_WITHIN, _PATIENCE, 0)

@@ -63,7 +63,8 @@ class HeldHandle(NamedTuple):
 
 
 class HandleJournal:
-    """Symbol handles at targets, and who has asked for some; kept in `file` if there is one.
+    """Symbol handles at targets, and the clients that requested some; kept in `file` if there is
+    one.
 
     Raises JournalError if the file is something else, OSError if it cannot be read or written.
     Later failures to write are logged once: the router goes on.
@@ -88,13 +89,13 @@ class HandleJournal:
         """Handles of all clients, each as often as it was requested."""
         return sum(count for each, count in self._counts.items() if each.handle)
 
-    def asked(self, alias: bytes, device: bytes) -> None:
-        """A client asks a device for a handle."""
+    def add_requester(self, alias: bytes, device: bytes) -> None:
+        """Add a client that requests a handle of a device."""
         if device not in self._devices_by_client.get(alias, ()):
             self._add(HeldHandle(alias, bytes(device), 0))
 
     def fetched(self, alias: bytes, device: bytes, handle: int) -> None:
-        """A device has given out a handle."""
+        """Add a handle that a device has returned."""
         self._add(HeldHandle(alias, device, handle))
 
     def released(self, alias: bytes, device: bytes, handle: int) -> None:
@@ -113,8 +114,8 @@ class HandleJournal:
             for _ in range(self._counts[each]):
                 self._remove(each)
 
-    def held_at(self, net_id: bytes) -> list[tuple[HeldHandle, int]]:
-        """Return what is at the devices of a target, the oldest first, with its count."""
+    def handles_at(self, net_id: bytes) -> list[tuple[HeldHandle, int]]:
+        """Return the handles at the devices of a target, the oldest first, with their counts."""
         return [each for each in self._counts.items() if each[0].device[:6] == net_id]
 
     def _count(self, key: HeldHandle) -> None:
@@ -229,12 +230,12 @@ class LinkJournal:
         self._journal = journal
         self.forget_device = journal.forget_device
 
-    def asked(self, alias: bytes, device: bytes) -> None:
-        """A client asks a device for a handle."""
-        self._journal.asked(alias, device)
+    def add_requester(self, alias: bytes, device: bytes) -> None:
+        """Add a client that requests a handle of a device."""
+        self._journal.add_requester(alias, device)
 
     def fetched(self, alias: bytes, device: bytes, handle: int) -> None:
-        """A device has given out a handle."""
+        """Add a handle that a device has returned."""
         self._journal.fetched(alias, device, handle)
 
     def released(self, alias: bytes, device: bytes, handle: int) -> None:
@@ -245,9 +246,9 @@ class LinkJournal:
         """No answer comes for a client that holds nothing at the target."""
         self._journal.forget_client(alias, self._net_id)
 
-    def held(self) -> list[tuple[HeldHandle, int]]:
-        """Return what is at the target, the oldest first, with its count."""
-        return self._journal.held_at(self._net_id)
+    def handles(self) -> list[tuple[HeldHandle, int]]:
+        """Return the handles at the target, the oldest first, with their counts."""
+        return self._journal.handles_at(self._net_id)
 
 
 def _records(data: bytes) -> Iterator[tuple[int, int, HeldHandle]]:

@@ -1,10 +1,10 @@
 """Orphaned handles: the connection over which clients requested them has ended, the target stays.
 
 They are released on the next connection, before anything else goes there. First each client's
-address asks the devices to release what it has abandoned, which stations of achse do; other targets
-refuse it. Then the newest handles of each device are released by their numbers. If it knows none of
-them it has restarted: its other numbers, if there are any, belong to others by now, and are left
-alone. If it knows one, the rest follows.
+address requests the devices to release its abandoned handles, which stations of achse do; other
+targets refuse it. Then the newest handles of each device are released by their numbers. If it knows
+none of them it has restarted: its other numbers, if there are any, belong to others by now, and are
+left alone. If it knows one, the rest follows.
 """
 
 import logging
@@ -27,7 +27,7 @@ have been released by a request whose answer was lost."""
 _AT_ONCE = 64
 """Requests without an answer."""
 
-Ask = Callable[[ForwardedClient, bytes, int, bytes, Callable[[Frame], None]], None]
+SendRequest = Callable[[ForwardedClient, bytes, int, bytes, Callable[[Frame], None]], None]
 """Sends a request of the router as a client: device, command, data, what gets the answer."""
 
 
@@ -53,17 +53,17 @@ class OrphanRelease:
         self,
         journal: LinkJournal,
         session_of: Callable[[bytes], ForwardedClient | None],
-        ask: Ask,
+        send_request: SendRequest,
         done: Callable[[], object],
     ) -> None:
-        self._journal, self._session_of, self._ask = journal, session_of, ask
+        self._journal, self._session_of, self._send_request = journal, session_of, send_request
         self._report_end = done
-        held = journal.held()
-        self._devices = dict.fromkeys(each.device for each, _ in held)
-        self._requesters = [each for each, _ in held if not each.handle]
+        handles = journal.handles()
+        self._devices = dict.fromkeys(each.device for each, _ in handles)
+        self._requesters = [each for each, _ in handles if not each.handle]
         self._handles: dict[bytes, list[HeldHandle]] = {}
         """Handles of each device, the newest first."""
-        for each, count in reversed(held):
+        for each, count in reversed(handles):
             if each.handle:
                 self._handles.setdefault(each.device, []).extend([each] * count)
         self._answering_devices: set[bytes] = set()
@@ -76,7 +76,7 @@ class OrphanRelease:
         """Answers that have come."""
 
     def begin(self) -> None:
-        """Let clients release what they have abandoned."""
+        """Let clients release their abandoned handles."""
         self._to_send.extend(self._requesters)
         self._go_on()
 
@@ -87,8 +87,10 @@ class OrphanRelease:
     def give_up(self) -> None:
         """Wait for nothing more, if it has not ended yet."""
         if not self._is_closed:
-            left = sum(map(len, self._handles.values()))
-            log.warning("handles of ended connections: no answer, %d may stay at the target", left)
+            remaining = sum(map(len, self._handles.values()))
+            log.warning(
+                "handles of ended connections: no answer, %d may stay at the target", remaining
+            )
             self._end()
 
     def _go_on(self) -> None:
@@ -102,13 +104,13 @@ class OrphanRelease:
 
     def _send(self, each: HeldHandle) -> None:
         session = self._session_of(each.alias)
-        # Only the same address releases what it has abandoned.
+        # Only the same address releases its abandoned handles.
         if session is None or (not each.handle and session.alias != each.alias):
             return
         data = RESULT.pack(each.handle) if each.handle else b""
         data = WriteRequest(ReservedGroup.RELEASE_SYMBOL_HANDLE, 0, data).encode()
         self._waiting += 1
-        self._ask(session, each.device, Command.WRITE, data, partial(self._came, each))
+        self._send_request(session, each.device, Command.WRITE, data, partial(self._came, each))
 
     def _came(self, each: HeldHandle, answer: Frame) -> None:
         self._waiting -= 1

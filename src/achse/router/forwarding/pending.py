@@ -3,7 +3,7 @@
 What one client has under way is bounded, so that the requests of others are not behind minutes of
 its own: the connection carries them one after the other.
 
-AMS has no hop count: a request that comes back while it is unanswered goes in circles.
+AMS has no hop count: a request that comes back while it is pending goes in circles.
 """
 
 from collections import deque
@@ -15,15 +15,15 @@ from achse.router.forwarding.forwarded_client import ClientLoad, ForwardedClient
 from achse.router.forwarding.ledger import ResourceChange
 
 _PENDING = 1 << 14
-"""Requests that may be unanswered; beyond, the oldest is forgotten for one of a client that has a
-window of them. So a host that fills the table takes the window of no other."""
+"""Highest number of pending requests; beyond, the oldest is forgotten for one of a client that has
+a window of them. So a host that fills the table takes the window of no other."""
 
 _CHANGE_LOST_NS = 600_000_000_000
 """Time after which a request that fetches or releases a resource may be forgotten: an answer that
 is only late brings a resource that nobody would release."""
 
 _CLIENT_PENDING = 1 << 12
-"""Requests of one client that may be unanswered; one more is refused."""
+"""Highest number of pending requests of one client; one more is refused."""
 
 _CLIENT_BYTES = 1 << 22
 """Bytes of them and of their answers; beyond, a client that has one under way is refused."""
@@ -73,7 +73,7 @@ class PendingRequest:
         """Bytes of the request and its answer."""
 
     def refuse(self, target: bytes, invoke_id: int, code: ReturnCode) -> Frame | None:
-        """The answer `code` to the client; None if it is gone."""
+        """The answer `code` to the client; None if it is disconnected."""
         session = self.session
         if session.is_disconnected:
             return None
@@ -84,7 +84,7 @@ class PendingRequest:
 
 
 class PendingExchange:
-    """The requests of one client to one target that are unanswered."""
+    """Pending requests of one client to one target."""
 
     __slots__ = ("further", "live", "requests", "session", "spare", "target")
 
@@ -94,11 +94,11 @@ class PendingExchange:
         self.requests: dict[int, PendingRequest] = {}
         """By invoke id."""
         self.further: dict[int, deque[PendingRequest]] = {}
-        """Requests with the invoke id of one that is unanswered."""
+        """Requests with the invoke id of a pending one."""
         self.spare: PendingRequest | None = None
         """Request that is used again while no other is pending."""
         self.live = True
-        """False once its client is gone or the connection has ended."""
+        """False once its client or the connection has ended."""
 
     def pop(self, invoke_id: int) -> PendingRequest | None:
         """Remove the oldest request with this invoke id, and return it."""
@@ -122,7 +122,7 @@ def _may_be_forgotten(request: PendingRequest, now: int) -> bool:
 
 
 class PendingRequests:
-    """All requests over one connection that are unanswered.
+    """All pending requests over one connection.
 
     `forgot` is called with the client of each request that is forgotten for want of room,
     `answered` with a load of which requests wait and one more is answered.
@@ -150,7 +150,7 @@ class PendingRequests:
         )
 
     def __contains__(self, key: tuple[bytes, bytes, int]) -> bool:
-        """True if a request with this alias, target and invoke id is unanswered."""
+        """True if a request with this alias, target and invoke id is pending."""
         alias, target, invoke_id = key
         exchange = self.exchanges.get(alias + target)
         return exchange is not None and invoke_id in exchange.requests

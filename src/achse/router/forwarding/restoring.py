@@ -15,7 +15,7 @@ from achse.router.forwarding.forwarded_client import ForwardedClient
 from achse.router.forwarding.handles import HandleMap
 from achse.router.forwarding.ledger import Resource, ResourceKind
 
-Ask = Callable[[ForwardedClient, bytes, int, bytes, Callable[[Frame], None]], None]
+SendRequest = Callable[[ForwardedClient, bytes, int, bytes, Callable[[Frame], None]], None]
 """Sends a request of the router as a client: target, command, data, what gets the answer."""
 
 _BY_HANDLE = (ReservedGroup.SYMBOL_VALUE_BY_HANDLE, ReservedGroup.SYMBOL_NOTIFICATION)
@@ -55,7 +55,7 @@ class LinkMemory:
         self.sessions = [each for each in self.sessions if each.client is not client]
 
     def keep(self, session: ForwardedClient) -> bool:
-        """Remember a client of a lost connection; False if what it held cannot be made again."""
+        """Remember a client of a lost connection; False if its resources cannot be made again."""
         session = session.restored_from or session
         if not self.applies(session.client, session.source):
             return False
@@ -78,13 +78,13 @@ class Restoration:
         old: ForwardedClient,
         new: ForwardedClient,
         memory: LinkMemory,
-        ask: Ask,
+        send_request: SendRequest,
         enter: Callable[[ForwardedClient, Resource, bytes], object],
         lost: Callable[[Resource], object],
         done: Callable[[bool], object],
     ) -> None:
         self._old, self._new, self._memory = old, new, memory
-        self._ask, self._enter, self._lost, self._done = ask, enter, lost, done
+        self._send_request, self._enter, self._lost, self._done = send_request, enter, lost, done
         self._handles = HandleMap()
         self._renewed: dict[Resource, int] = {}
         """New handle by the resource as the target had it."""
@@ -100,7 +100,9 @@ class Restoration:
         targets = list(dict.fromkeys(each.target for each in self._old.resources))
         self._waiting = len(targets)
         for target in targets:
-            self._ask(self._new, target, Command.READ, version_request(), self._version_came)
+            self._send_request(
+                self._new, target, Command.READ, version_request(), self._version_came
+            )
 
     def cancel(self) -> None:
         """Do nothing more: the connection has ended again."""
@@ -145,7 +147,7 @@ class Restoration:
             self._add()
         for resource, name in wanted:
             data = ReadWriteRequest(ReservedGroup.SYMBOL_HANDLE_BY_NAME, 0, 4, name).encode()
-            self._ask(
+            self._send_request(
                 *(self._new, resource.target, Command.READ_WRITE, data),
                 partial(self._fetched, resource, name),
             )
@@ -173,7 +175,7 @@ class Restoration:
                 )
                 handle = self._renewed.get(symbol, 0)
                 body = body[:4] + RESULT.pack(handle) + body[8:]
-            self._ask(
+            self._send_request(
                 *(self._new, resource.target, Command.ADD_NOTIFICATION, body),
                 partial(self._added, resource, body),
             )

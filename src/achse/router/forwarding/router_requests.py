@@ -59,7 +59,7 @@ class RouterRequests:
         """Resources whose release was not sent yet."""
         return iter(self._to_release)
 
-    def ask(
+    def send_request(
         self,
         session: ForwardedClient,
         target: bytes,

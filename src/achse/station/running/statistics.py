@@ -68,7 +68,7 @@ def statistics(station: CountedStation) -> dict[str, Any]:
     ]
     pace, nc = station.pace, station.nc
     axes = [] if nc is None else list(nc)
-    asking, others = station.router.asking, _silent_clients(station)
+    client_figures, others = station.router.client_figures, _silent_clients(station)
     return {
         "time": station.time_ns / 1e9,
         "tick": station.tick_ns / 1e9,
@@ -93,13 +93,13 @@ def statistics(station: CountedStation) -> dict[str, Any]:
         "axes": len(axes),
         "axes_moving": sum(axis.set_velocity != 0.0 for axis in axes),
         "axes_in_error": sum(axis.error_code != 0 for axis in axes),
-        "clients_known": len(asking) + len(others),
+        "clients_known": len(client_figures) + len(others),
         "clients": [
             {
                 **station.router.client_row(each),
                 "subscriptions": sum(d.notifications.held_by(each) for d in station.devices),
             }
-            for each in [*asking.busiest(), *others][:LISTED_CLIENTS]
+            for each in [*client_figures.busiest(), *others][:LISTED_CLIENTS]
         ],
         "devices": devices,
         "buses": [_of_bus(name, bus) for name, bus in station.fieldbuses.items()],
@@ -108,11 +108,11 @@ def statistics(station: CountedStation) -> dict[str, Any]:
 
 def _silent_clients(station: CountedStation) -> list[bytes]:
     """Return the clients that have subscribed and send no requests."""
-    asking = station.router.asking
+    client_figures = station.router.client_figures
     subscribed = {
         client: None for device in station.devices for client in device.notifications.clients
     }
-    return [client for client in subscribed if client and client not in asking]
+    return [client for client in subscribed if client and client not in client_figures]
 
 
 def _of_bus(name: str, bus: "EthercatBus | InterfaceBus") -> dict[str, Any]:

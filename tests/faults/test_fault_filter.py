@@ -1,4 +1,4 @@
-"""The gate is in the way of frames only while it has something to do, and spares its own port."""
+"""The filter is in the router only while a fault needs it, and spares its own port."""
 
 from typing import Any
 
@@ -16,7 +16,7 @@ def test_the_way_to_clear_faults_is_spared(station: Station, sender: Any) -> Non
 def test_the_answer_of_a_request_under_way_is_hit_after_the_fault_has_ended(
     station: Station, client: Any
 ) -> None:
-    """`count` is reached by the request; the answer passes the gate later."""
+    """`count` is reached by the request; the answer passes the filter later."""
     station.faults.add("drop", count=1, command="read_state")
     client.send(1)
     client.send(2)

@@ -1,4 +1,4 @@
-"""The gate in the router through which all frames pass while a fault of frames is at work."""
+"""Frame filter in the router while a fault of frames is active."""
 
 from abc import abstractmethod
 from collections.abc import Callable
@@ -19,7 +19,7 @@ _REMEMBERED = 4096
 _HITS = 8
 """Faults that hit one frame, the latest ones; eight that duplicate make 256 of it."""
 
-_KEPT_BYTES = 16 * 1024 * 1024
+_DELAYED_BYTES = 16 * 1024 * 1024
 """Frames that wait because of faults, all together; beyond, frames go on at once."""
 
 _FRAME_BYTES = 512
@@ -29,7 +29,7 @@ Later = Callable[[float, Callable[[], None]], None]
 Onward = Callable[[Frame], bool]
 
 
-class FrameGate:
+class FaultFilter:
     """Filter in the router that all frames pass while a frame fault is active."""
 
     def __init__(self, router: Router, later: Later, finish: Callable[[ActiveFault], None]) -> None:
@@ -58,10 +58,10 @@ class FrameGate:
 
         return undo
 
-    def keep(self, seconds: float, frame: Frame, action: Callable[[], None]) -> bool:
+    def delay(self, seconds: float, frame: Frame, action: Callable[[], None]) -> bool:
         """Call `action` later for a delayed frame; return False if too many bytes wait."""
         size = len(frame.data) + _FRAME_BYTES
-        if self._waiting_bytes + size > _KEPT_BYTES:
+        if self._waiting_bytes + size > _DELAYED_BYTES:
             return False
         self._waiting_bytes += size
 
@@ -76,12 +76,12 @@ class FrameGate:
         """Enter the router, or leave it if no fault needs the frames."""
         needed = bool(self._on_requests or self._on_samples or self._marked)
         if needed and not self._is_in_router:
-            self.router.put_gate(self._gate)
+            self.router.set_frame_filter(self._filter)
         elif self._is_in_router and not needed:
-            self.router.put_gate(None)
+            self.router.set_frame_filter(None)
         self._is_in_router = needed
 
-    def _gate(self, frame: Frame, onward: Onward) -> bool:
+    def _filter(self, frame: Frame, onward: Onward) -> bool:
         if frame.command == Command.NOTIFICATION:
             hits = self._take(self._on_samples, lambda selection: selection.sample(frame))
         elif frame.is_response:
@@ -126,7 +126,9 @@ class FrameFault(RequestFault):
         return True
 
     @abstractmethod
-    def disturb(self, gate: FrameGate, active: ActiveFault, frame: Frame, onward: Onward) -> bool:
+    def disturb(
+        self, frame_filter: FaultFilter, active: ActiveFault, frame: Frame, onward: Onward
+    ) -> bool:
         """Disturb the frame instead of `onward(frame)`; return True if the frame was accepted."""
 
 
