@@ -103,7 +103,7 @@ def test_one_who_asks_for_everything_delays_nobody_else(
         each_tick.append(greedy.samples())
     assert 1_000 <= sum(each_tick[10:]) / 40 <= 1_250
     assert bench.device.notifications.usage.budget.late > 0
-    assert caplog.text.count("asks for more samples") == 1
+    assert caplog.text.count("requests more samples") == 1
     assert f"{greedy.address} asks" in caplog.text
 
 
@@ -135,9 +135,9 @@ class Sampled:
         self.names: list[str] = []
         self.sent: list[int] = []
 
-    def sample(self, beat: Any) -> int:
-        self.names.append(beat.name)
-        return int(beat.cost)
+    def sample(self, group: Any) -> int:
+        self.names.append(group.name)
+        return int(group.cost)
 
     def send(self, now: int) -> None:
         self.sent.append(now)
@@ -147,13 +147,13 @@ class Sampled:
     ) -> list[Any]:
         channel = SimpleNamespace(client=(client or name).encode(), via=via, reader={})
         batch = SimpleNamespace(channel=channel)
-        beats = [
+        groups = [
             SimpleNamespace(name=name, cost=cost, samples=3, batch=batch, waits=False)
             for _ in range(count)
         ]
-        for beat in beats:
-            self.budget.put(self, beat)  # type: ignore[arg-type]
-        return beats
+        for group in groups:
+            self.budget.put(self, group)  # type: ignore[arg-type]
+        return groups
 
     def serve(self, left: int, now: int = 0) -> str:
         """Serve so many samples; the names of the beats that were sampled."""
@@ -165,12 +165,12 @@ class Sampled:
 
 def test_hosts_clients_of_this_process_and_connections_take_turns() -> None:
     sampled = Sampled()
-    lines = [Way("10.0.0.1") for _ in range(2)]
+    connections = [Way("10.0.0.1") for _ in range(2)]
     sampled.put("a", count=3)
     sampled.put("b", count=3)
-    sampled.put("x", lines[0], count=2)
-    sampled.put("x", lines[0], count=1)
-    sampled.put("y", lines[1], count=2)
+    sampled.put("x", connections[0], count=2)
+    sampled.put("x", connections[0], count=1)
+    sampled.put("y", connections[1], count=2)
     assert sampled.serve(1000) == "abxabyabxyx"
     assert sampled.budget.waiting == 0
     assert sampled.budget._hosts == {}
@@ -179,9 +179,9 @@ def test_hosts_clients_of_this_process_and_connections_take_turns() -> None:
 
 def test_connections_of_one_client_address_take_turns() -> None:
     sampled = Sampled()
-    lines = [Way("10.0.0.1") for _ in range(2)]
-    sampled.put("a", lines[0], client="x", count=2)
-    sampled.put("b", lines[1], client="x")
+    connections = [Way("10.0.0.1") for _ in range(2)]
+    sampled.put("a", connections[0], client="x", count=2)
+    sampled.put("b", connections[1], client="x")
     assert sampled.serve(1000) == "aba"
 
 
@@ -207,12 +207,12 @@ def test_beat_that_waits_is_late_and_the_log_says_so_each_minute(
     caplog: pytest.LogCaptureFixture,
 ) -> None:
     sampled = Sampled()
-    beats = sampled.put("client 8")
+    groups = sampled.put("client 8")
     for now, count in ((None, 1), (60 * SECOND - 1, 1), (60 * SECOND, 2), (120 * SECOND - 1, 2)):
         if now is not None:
             sampled.budget.refill(now)
-        sampled.budget.put(sampled, beats[0])  # type: ignore[arg-type]
-        assert caplog.text.count("asks for more samples") == count
+        sampled.budget.put(sampled, groups[0])  # type: ignore[arg-type]
+        assert caplog.text.count("requests more samples") == count
     assert sampled.budget.late == 4 * 3
     assert sampled.budget.waiting == 1
 
@@ -235,32 +235,34 @@ def test_connections_that_were_served_are_forgotten_when_they_are_many(
 ) -> None:
     """One has got more than the others, one waits; 66 are more than twice those that wait by 64."""
     sampled = Sampled()
-    lines = [Way("10.0.0.1") for _ in range(count)]
-    sampled.put("a", lines[0], cost=50)
-    for line in lines[1:-1]:
-        sampled.put("x", line)
-    sampled.put("z", lines[-1], count=3)
+    connections = [Way("10.0.0.1") for _ in range(count)]
+    sampled.put("a", connections[0], cost=50)
+    for connection in connections[1:-1]:
+        sampled.put("x", connection)
+    sampled.put("z", connections[-1], count=3)
     while sampled.budget.waiting > 1:
         sampled.serve(1)
     [host] = sampled.budget._hosts.values()
-    assert len(host.lines) == (2 if is_forgotten else count)
-    assert {id(lines[0]), id(lines[-1])} <= {id(line) for line in host.lines}
+    assert len(host.connections) == (2 if is_forgotten else count)
+    assert {id(connections[0]), id(connections[-1])} <= {
+        id(connection) for connection in host.connections
+    }
 
 
 def test_connections_that_wait_or_have_got_more_than_others_are_not_forgotten() -> None:
     """Ten new connections, nine of which are served at once, beside 66 older ones."""
     sampled = Sampled()
     old, new = ([Way("10.0.0.1") for _ in range(count)] for count in (66, 10))
-    for line in old[1:]:
-        sampled.put("x", line)
+    for connection in old[1:]:
+        sampled.put("x", connection)
     sampled.put("y", old[0], count=3)
     assert sampled.serve(670) == "x" * 65 + "yy"
     [host] = sampled.budget._hosts.values()
-    assert len(host.lines) == 66
-    for line in new:
-        sampled.put("z", line)
+    assert len(host.connections) == 66
+    for connection in new:
+        sampled.put("z", connection)
     assert sampled.serve(90) == "z" * 9
-    assert host.lines.keys() == {old[0], *new}
+    assert host.connections.keys() == {old[0], *new}
 
 
 @settings(max_examples=13)
@@ -286,15 +288,15 @@ def test_in_any_mix_the_budget_holds_and_whoever_asks_for_no_more_than_a_share_m
     notifications = bench.device.notifications
     budget = notifications.usage.budget
     ways: list[tuple[Way, float, bool]] = []
-    beats: list[int] = []
-    for number, lines in enumerate(hosts):
-        for line, (count, cycle, length) in enumerate(lines):
-            way = Way(f"10.0.0.{number}", line)
+    groups: list[int] = []
+    for number, connections in enumerate(hosts):
+        for connection, (count, cycle, length) in enumerate(connections):
+            way = Way(f"10.0.0.{number}", connection)
             subscribe(bench, way, count, cycle_ms=cycle, length=length)
             cost = FRAME + count * (CALL + length // 256)
-            beats.append(cost)
+            groups.append(cost)
             rate = 1000 / max(cycle, TICK_MS)
-            share = per_second / len(hosts) / len(lines)
+            share = per_second / len(hosts) / len(connections)
             ways.append((way, count * rate, cost * rate <= 0.9 * share))
     spent = 0
     for _ in range(100):
@@ -303,10 +305,10 @@ def test_in_any_mix_the_budget_holds_and_whoever_asks_for_no_more_than_a_share_m
         notifications.tick(bench.now)
         gain = min(before + per_second // 100, per_second // 50)
         spent += gain - budget.remaining
-        assert budget.remaining > -max(beats)
-        assert budget.waiting <= sum(len(pulse.beats) for pulse in notifications._pulses.values())
-    assert spent <= per_second + per_second // 50 + max(beats)
-    patient = max(beats) <= per_second / 100 / len(hosts) / max(map(len, hosts))
+        assert budget.remaining > -max(groups)
+        assert budget.waiting <= sum(len(timer.groups) for timer in notifications._timers.values())
+    assert spent <= per_second + per_second // 50 + max(groups)
+    patient = max(groups) <= per_second / 100 / len(hosts) / max(map(len, hosts))
     for (way, wanted, is_modest), (count, _, _) in zip(ways, chain(*hosts), strict=True):
         came = way.samples()
         assert came <= wanted + count

@@ -172,7 +172,9 @@ def test_what_is_kept_is_counted_to_the_byte(
                 bench.device.symbols_changed()
             case "wait":
                 bench.tick(20)
-        assert kept(bench) == sum(channel.kept for channel in notifications._channels.values())
+        assert kept(bench) == sum(
+            channel.buffered_bytes for channel in notifications._channels.values()
+        )
         assert kept(bench) <= 8 * STAMP
     bench.device.end_clients()
     bench.tick(100)

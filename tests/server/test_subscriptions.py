@@ -15,7 +15,15 @@ from achse.ams.notification import NotificationStream
 from achse.native.backend import compiler_installed
 from achse.native.declare import Slot, lay_out
 from achse.native.memory import MemoryCell, Rows
-from achse.server.subscriptions import Batch, Beat, Channel, NotificationHandle, Pulse, Series, hint
+from achse.server.subscriptions import (
+    Batch,
+    Channel,
+    NotificationHandle,
+    SampleGroup,
+    SampleTimer,
+    Series,
+    hint,
+)
 
 CLIENT = bytes(8)
 
@@ -50,22 +58,22 @@ def test_a_value_is_fitted_to_the_asked_length(batch: Batch, value: bytes) -> No
 
 def test_a_beat_samples_all_cyclic_and_the_changed(batch: Batch) -> None:
     values = [b"ab"]
-    beat = Beat(batch, (10, 10), Pulse((10, 0)))
-    beat.cyclic.add(subscription(batch, values))
-    beat.on_change.add(subscription(batch, values))
-    beat.sample()
+    group = SampleGroup(batch, (10, 10), SampleTimer((10, 0)))
+    group.cyclic.add(subscription(batch, values))
+    group.on_change.add(subscription(batch, values))
+    group.sample()
     assert len(batch.parts) == 2
     values.append(b"cd")
-    beat.sample()
+    group.sample()
     assert batch.parts[2:] == [struct.pack("<II", 7, 2), b"cd"] * 2
 
 
 def test_a_change_beyond_the_asked_length_is_none(batch: Batch) -> None:
     values = [b"abX"]
-    beat = Beat(batch, (10, 10), Pulse((10, 0)))
-    beat.on_change.add(subscription(batch, values))
+    group = SampleGroup(batch, (10, 10), SampleTimer((10, 0)))
+    group.on_change.add(subscription(batch, values))
     values.append(b"abY")
-    beat.sample()
+    group.sample()
     assert batch.parts == []
 
 
@@ -288,4 +296,6 @@ def test_no_sample_comes_after_the_answer_to_a_delete(
             bench.client.congested = what == "congest"
     late += [handle for _, handle, _ in bench.samples() if handle in deleted]
     assert late == []
-    assert all(not each.deleted or each.kept for each in bench.device.notifications.channels)
+    assert all(
+        not each.deleted or each.buffered_bytes for each in bench.device.notifications.channels
+    )

@@ -191,7 +191,7 @@ def _check(usage: Usage, benches: list[Any], limits: ClientLimits) -> None:
         assert usage.handles_by_host[host] <= host_share(limits.all_handles)
     watched = sum(sum(each.sample_sizes) for each in everything)
     assert usage.watched == watched <= limits.all_watched_bytes
-    kept = sum(channel.kept for each in everything for channel in each.channels)
+    kept = sum(channel.buffered_bytes for each in everything for channel in each.channels)
     assert usage.queued == kept <= limits.all_queue_bytes
     for each in everything:
         counted: dict[bytes, int] = {}
@@ -201,11 +201,11 @@ def _check(usage: Usage, benches: list[Any], limits: ClientLimits) -> None:
                 assert channel.queued <= limits.queue_bytes
         assert all(0 < count <= limits.notifications for count in counted.values())
         assert set(counted) == set(each.clients)
-        for pulse in each._pulses.values():
-            assert pulse.cost == sum(beat.cost for beat in pulse.beats)
-            for beat in pulse.beats:
+        for timer in each._timers.values():
+            assert timer.cost == sum(group.cost for group in timer.groups)
+            for group in timer.groups:
                 members = (
-                    *beat.cyclic.subscriptions.values(),
-                    *beat.on_change.subscriptions.values(),
+                    *group.cyclic.subscriptions.values(),
+                    *group.on_change.subscriptions.values(),
                 )
-                assert beat.cost == 64 + sum(member.cost for member in members)
+                assert group.cost == 64 + sum(member.cost for member in members)

@@ -11,7 +11,7 @@ from achse.native.rounds import Rounds
 from achse.native.sampling import Sampler
 from achse.server.frame_stream import FrameStream
 from achse.server.notifications import Notifications
-from achse.server.subscriptions import Beat, Channel, Pulse
+from achse.server.subscriptions import Channel, SampleGroup, SampleTimer
 
 
 @runtime_checkable
@@ -26,7 +26,7 @@ class PacketReceiver(Protocol):
 
 
 class _Client(NamedTuple):
-    """A client whose samples machine code takes."""
+    """Client with samples by machine code."""
 
     sampler: Sampler
     stream: FrameStream
@@ -44,7 +44,7 @@ class SamplesAhead:
         self._rounds: Rounds | None = None
 
     def next_samples(self, until_ns: int) -> tuple[Notifications, int, int] | None:
-        """Return whose samples are due next, at what time and in what cycle, ns.
+        """Return the source of the next samples, their time and their cycle, ns.
 
         None if others are due up to `until_ns` too, or if something else is to be done for them.
         """
@@ -56,13 +56,13 @@ class SamplesAhead:
                 source = each
         if source is None or getattr(source.sender, "attended", True):
             return None
-        steady = source.steady_pulse
+        steady = source.steady_timer
         if steady is None:
             return None
-        due_ns, pulse = steady
-        if not source.usage.budget.covers(pulse.cost, due_ns, pulse.cycle):
+        due_ns, timer = steady
+        if not source.usage.budget.covers(timer.cost, due_ns, timer.cycle):
             return None
-        return source, due_ns, pulse.cycle
+        return source, due_ns, timer.cycle
 
     def run(
         self, source: Notifications, unix_ns: int, most: int, step: Callable[..., object]
@@ -70,21 +70,21 @@ class SamplesAhead:
         """Do up to `most` moments of `next_samples`, the first at `unix_ns`, each after a `step` of
         machine code; return how many, 0 if machine code cannot.
         """
-        steady = source.steady_pulse
+        steady = source.steady_timer
         if steady is None:
             return 0
-        due_ns, pulse = steady
-        rounds = self._prepare(step, pulse, source.limits.frame_bytes)
+        due_ns, timer = steady
+        rounds = self._prepare(step, timer, source.limits.frame_bytes)
         if rounds is None:
             return 0
         for _, stream, receiver in self._clients:
             room = receiver.room_for_notifications()
             if room < stream.largest:
                 return 0
-            stream.begin(unix_ns, pulse.cycle, room)
+            stream.begin(unix_ns, timer.cycle, room)
         done = rounds.run(most)
-        source.usage.budget.take_evenly(pulse.cost, pulse.cycle, done)
-        source.pass_over(due_ns + done * pulse.cycle)
+        source.usage.budget.take_evenly(timer.cost, timer.cycle, done)
+        source.pass_over(due_ns + done * timer.cycle)
         for _, stream, receiver in self._clients:
             packet = stream.take()
             if packet:
@@ -92,18 +92,18 @@ class SamplesAhead:
         return done
 
     def _prepare(
-        self, step: Callable[..., object], pulse: Pulse, frame_bytes: int
+        self, step: Callable[..., object], timer: SampleTimer, frame_bytes: int
     ) -> Rounds | None:
-        """Return the rounds for the clients of a pulse; None if one of them needs more than
+        """Return the rounds for the clients of a timer; None if one of them needs more than
         machine code does.
         """
-        found = [_sampler_of(beat) for beat in pulse.beats]
-        key = (step, frame_bytes, *found)
+        samplers = [_sampler_of(group) for group in timer.groups]
+        key = (step, frame_bytes, *samplers)
         if key != self._key:
             self._key, self._rounds = key, None
             clients = [
-                _client_of(beat.batch.channel, sampler, frame_bytes)
-                for beat, sampler in zip(pulse.beats, found, strict=True)
+                _client_of(group.batch.channel, sampler, frame_bytes)
+                for group, sampler in zip(timer.groups, samplers, strict=True)
             ]
             self._clients = tuple(each for each in clients if each is not None)
             receivers = {id(each.receiver) for each in self._clients}
@@ -115,12 +115,12 @@ class SamplesAhead:
         return self._rounds
 
 
-def _sampler_of(beat: Beat) -> Sampler | None:
-    """Return what samples a beat, if its samples go at once and in one way."""
-    batch = beat.batch
-    if batch.max_delay or beat.cyclic.subscriptions or not _is_idle(batch.channel):
+def _sampler_of(group: SampleGroup) -> Sampler | None:
+    """Return the sampler of a group, if its samples are sent at once and in one way."""
+    batch = group.batch
+    if batch.max_delay or group.cyclic.subscriptions or not _is_idle(batch.channel):
         return None
-    sampler = beat.on_change.sampler
+    sampler = group.on_change.sampler
     return None if sampler is None or sampler.compute is None else sampler
 
 
@@ -130,7 +130,7 @@ def _is_idle(channel: Channel) -> bool:
 
 
 def _client_of(channel: Channel, sampler: Sampler | None, frame_bytes: int) -> _Client | None:
-    """Return a client whose frames machine code writes; None if it cannot."""
+    """Return a client with frames by machine code; None if that is not possible."""
     via = channel.via
     if sampler is None or sampler.largest > frame_bytes or not isinstance(via, PacketReceiver):
         return None

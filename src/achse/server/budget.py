@@ -1,8 +1,8 @@
-"""The budget of samples: how much all devices sample, and who waits when clients ask for more.
+"""Sample budget: the rate of samples of all devices, shared fairly when clients request more.
 
 A budget grows with time. Where it lasts, each sample is taken when it is due. Where it does not,
 hosts share it, and of one host its connections: the one that was served least comes next, so that
-a client that asks for little gets all of it in time, and one that asks for too much gets it late. A
+a client that requests little gets it in time, and one that requests too much gets it late. A
 sample that is due again while it waits is taken once.
 """
 
@@ -14,7 +14,7 @@ from itertools import count
 from typing import TYPE_CHECKING
 
 from achse.ams import AmsAddress
-from achse.server.subscriptions import Beat, Channel
+from achse.server.subscriptions import Channel, SampleGroup
 
 if TYPE_CHECKING:
     from achse.server.notifications import Notifications
@@ -27,18 +27,18 @@ _BURSTS = 50
 """A fiftieth of a second's budget may be used at once."""
 
 _LEAST = 0.1
-"""Share of the budget that is left however far the station is behind: by default more in a tick of
-10 ms than the largest beat costs, so that who asks for little is still served in each."""
+"""Least share of the budget, however late the station is: by default more in a tick of 10 ms than
+the largest group costs, so that a client that requests little is served in each tick."""
 
 _BEHIND_NS = 10_000_000
 """A station that is this late takes fewer samples."""
 
-_TOLD_NS = 60_000_000_000
+_REPORT_NS = 60_000_000_000
 """Least time between two warnings about clients that request too many samples, ns."""
 
 
 Order = list[tuple[int, int, object]]
-"""A heap of those who wait: what each will have got after its next turn, a number, the key."""
+"""Heap of waiting owners: cost of each after its next turn, a sequence number, its key."""
 
 
 class _Owner:
@@ -52,17 +52,17 @@ class _Owner:
         self.waits = False
 
 
-class _Line(_Owner):
+class _Connection(_Owner):
     """A connection, or a client in this process."""
 
     def __init__(self, served: int) -> None:
         super().__init__(served)
-        self.beats: deque[tuple[Notifications, Beat]] = deque()
+        self.groups: deque[tuple[Notifications, SampleGroup]] = deque()
 
     @property
     def next_cost(self) -> int:
-        """Cost of the next beat."""
-        return self.beats[0][1].cost
+        """Cost of the next group."""
+        return self.groups[0][1].cost
 
 
 class _Host(_Owner):
@@ -70,19 +70,19 @@ class _Host(_Owner):
 
     def __init__(self, served: int) -> None:
         super().__init__(served)
-        self.lines: dict[object, _Line] = {}
+        self.connections: dict[object, _Connection] = {}
         self.order: Order = []
         self.level = 0
         """Samples that the last served connection had got before its turn."""
 
     @property
     def next_cost(self) -> int:
-        """Cost of the next beat."""
-        return self.lines[self.order[0][2]].next_cost
+        """Cost of the next group."""
+        return self.connections[self.order[0][2]].next_cost
 
 
 class SampleBudget:
-    """Budget for sampling, in samples; see `Beat.cost` for the cost of each value.
+    """Budget for sampling, in samples; see `SampleGroup.cost` for the cost of each value.
 
     `per_second` is the number of samples that the budget gains in a second; a fiftieth of it may be
     used at once.
@@ -93,7 +93,7 @@ class SampleBudget:
         self.remaining = per_second // _BURSTS
         """Samples that may be taken now; below 0 after one that was larger than what was left."""
         self.waiting = 0
-        """Beats that are due and not served."""
+        """Groups that are due and not served."""
         self.late = 0
         """Samples that were due again before they were taken, so far: they are missing."""
         self.first_due_ns: float = math.inf
@@ -138,28 +138,28 @@ class SampleBudget:
         else:
             self.share = min(self.share + 0.01, 1.0)
 
-    # those who wait --------------------------------------------------------------------------
+    # waiting groups -------------------------------------------------------------------------
 
-    def put(self, notifications: "Notifications", beat: Beat) -> None:
-        """Let a beat wait for its turn."""
-        channel = beat.batch.channel
-        if beat.waits:
-            self.late += beat.samples
-            self._tell(channel)
+    def put(self, notifications: "Notifications", group: SampleGroup) -> None:
+        """Queue a group that is due."""
+        channel = group.batch.channel
+        if group.waits:
+            self.late += group.samples
+            self._warn(channel)
             return
-        beat.waits = True
+        group.waits = True
         self.waiting += 1
         place, key = _host(channel), channel.via
         host = self._hosts.get(place)
         if host is None:
             host = self._hosts[place] = _Host(self._level)
-        line = host.lines.get(key)
-        if line is None:
-            line = host.lines[key] = _Line(host.level)
-        line.beats.append((notifications, beat))
-        if not line.waits:
-            line.served = max(line.served, host.level)
-            self._enter(host.order, line, key, line.next_cost)
+        connection = host.connections.get(key)
+        if connection is None:
+            connection = host.connections[key] = _Connection(host.level)
+        connection.groups.append((notifications, group))
+        if not connection.waits:
+            connection.served = max(connection.served, host.level)
+            self._enter(host.order, connection, key, connection.next_cost)
         if not host.waits:
             host.served = max(host.served, self._level)
             self._enter(self._order, host, place, host.next_cost)
@@ -169,26 +169,26 @@ class SampleBudget:
         heappush(order, (owner.served + cost, next(self._numbers), key))
 
     def serve(self, now: int) -> None:
-        """Take samples of those who wait, as far as the budget goes, and send them."""
+        """Sample waiting groups as far as the budget goes, and send their samples."""
         self.refill(now)
         served: dict[Notifications, None] = {}
         while self.remaining > 0 and self._order:
             place = heappop(self._order)[2]
             host = self._hosts[place]
             key = heappop(host.order)[2]
-            line = host.lines[key]
-            notifications, beat = line.beats.popleft()
-            beat.waits = False
+            connection = host.connections[key]
+            notifications, group = connection.groups.popleft()
+            group.waits = False
             self.waiting -= 1
-            cost = notifications.sample(beat)
+            cost = notifications.sample(group)
             served[notifications] = None
             self.remaining -= cost
-            host.level, self._level = line.served, host.served
-            line.served += cost
+            host.level, self._level = connection.served, host.served
+            connection.served += cost
             host.served += cost
-            line.waits = host.waits = False
-            if line.beats:
-                self._enter(host.order, line, key, line.next_cost)
+            connection.waits = host.waits = False
+            if connection.groups:
+                self._enter(host.order, connection, key, connection.next_cost)
             if host.order:
                 self._enter(self._order, host, place, host.next_cost)
         self._forget()
@@ -196,26 +196,26 @@ class SampleBudget:
             notifications.send(now)
 
     def _forget(self) -> None:
-        """Forget those who do not wait and have got no more than those who do."""
+        """Remove idle hosts and connections that have got no more than the waiting ones."""
         if not self.waiting:
             self._hosts.clear()
         for place, host in list(self._hosts.items()):
-            if len(host.lines) > 2 * len(host.order) + 64:
-                kept = {
-                    key: line
-                    for key, line in host.lines.items()
-                    if line.waits or line.served > host.level
+            if len(host.connections) > 2 * len(host.order) + 64:
+                connections = {
+                    key: connection
+                    for key, connection in host.connections.items()
+                    if connection.waits or connection.served > host.level
                 }
-                host.lines = kept
+                host.connections = connections
             if not host.waits and host.served <= self._level:
                 del self._hosts[place]
 
-    def _tell(self, channel: Channel) -> None:
+    def _warn(self, channel: Channel) -> None:
         now = self._since or 0
-        if self._last_report is None or now - self._last_report >= _TOLD_NS:
+        if self._last_report is None or now - self._last_report >= _REPORT_NS:
             self._last_report = now
             log.warning(
-                "%s asks for more samples than there is time for: they come late",
+                "%s requests more samples than there is time for: they come late",
                 AmsAddress(channel.client) if channel.client else "a client in this process",
                 extra=channel.reader,
             )

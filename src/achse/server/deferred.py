@@ -1,4 +1,4 @@
-"""Answers that come later: what may take long is done beside the loop, and nobody else waits."""
+"""Deferred answers: long work is done beside the loop, so that no other client waits."""
 
 from collections.abc import Callable
 

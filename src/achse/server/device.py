@@ -194,7 +194,7 @@ class Device:
         self.end_clients()
 
     def deliver(self, frame: Frame) -> bool:
-        """Answer a request. Anything else is ignored: a device asks nobody."""
+        """Answer a request. Other frames are ignored: a device sends no requests."""
         flags = frame.flags
         if flags & 1:
             return True
@@ -343,7 +343,7 @@ class Device:
     def share(self, usage: Usage, epoch: Callable[[], int] = int) -> None:
         """Count what clients hold together with other devices, before there are any.
 
-        The one who ticks the notifications serves the budget then, and ticks in a time of its own:
+        The owner of the notifications serves the budget then, and ticks in a time of its own:
         `epoch()` is the Unix time in ns at its 0.
         """
         self.notifications.share(usage, epoch)
@@ -353,7 +353,7 @@ class Device:
     def replace(self, index_group: int, group: IndexGroup | None) -> IndexGroup | None:
         """Let `group` answer for `index_group`, alone and in sums; what answered before.
 
-        None: nobody. Faults are before a group in this way.
+        None: none. Faults are before a group in this way.
         """
         before = self._groups.get(index_group)
         tables = [self._groups]
@@ -382,7 +382,7 @@ class Device:
     # notifications ---------------------------------------------------------------------------
 
     def add_notification(self, request: AddNotificationRequest, client: bytes) -> int:
-        """Subscribe the client whose request is being answered; the handle."""
+        """Subscribe the client of the current request; return the handle."""
         frame = self._request
         if frame is None:
             raise DeviceError(ReturnCode.CLIENT_UNKNOWN, "notifications need an AMS address")

@@ -55,8 +55,8 @@ class ClientLimits:
     """Bytes of samples kept for all clients together; beyond, those with the most lose theirs."""
 
     samples: int = _limit(4_000_000, 1000)
-    """Samples a second for all clients together (a frame counts as 64); those who ask for more get
-    theirs late."""
+    """Samples a second for all clients together (a frame counts as 64); clients that request more
+    get theirs late."""
 
     log_lines: int = _limit(50, 1)
     """Lines a second that one host may write into the log by ports 100 and 110."""

@@ -17,11 +17,11 @@ from achse.codes import ReturnCode
 from achse.server.limits import ClientLimits
 from achse.server.subscriptions import (
     Batch,
-    Beat,
     Channel,
     Holding,
     NotificationHandle,
-    Pulse,
+    SampleGroup,
+    SampleTimer,
     hint,
 )
 from achse.server.table import Reader
@@ -64,7 +64,7 @@ class Notifications(Scheduled):
 
     `tick` drives everything; `send_first` is called once the answer to an Add is on its way. What
     belongs to a client or connection that is gone is silent at once and cleared within some ticks.
-    Those that `share` a usage leave it to the one who ticks them to `serve` its budget then.
+    Those that `share` a usage leave its budget to their owner, which calls `serve`.
 
     `clock` gives unix ns, `task_cycle(context)` the cycle in ns of the task that a notification
     follows (context 0: the default task). `tick` has a time of its own that goes on evenly; stamps
@@ -87,7 +87,7 @@ class Notifications(Scheduled):
         self.refused = 0
         """Subscriptions that were not taken because there are too many, or too much in them."""
         self.queued = 0
-        """Bytes of samples that are kept: until their largest delay, or for who does not read."""
+        """Bytes of buffered samples: until their largest delay, or until the client reads."""
         self.fresh: list[NotificationHandle] = []
         """Added, first sample not yet sent."""
         self._task_cycle = task_cycle
@@ -98,14 +98,14 @@ class Notifications(Scheduled):
         self._clients: dict[bytes, Holding] = {}
         self._ways: dict[Endpoint, dict[Channel, None]] = {}
         self._closing: deque[Channel] = deque()
-        """Channels whose client or connection is gone, with subscriptions to clear."""
+        """Channels with an ended client or connection, with subscriptions to clear."""
         self._count = 0
         """Subscriptions that are not over."""
         self._channels: dict[tuple[bytes, bytes, Endpoint | None], Channel] = {}
-        self._pulses: dict[tuple[int, int], Pulse] = {}
-        self._due: list[tuple[int, int, Pulse]] = []
+        self._timers: dict[tuple[int, int], SampleTimer] = {}
+        self._due: list[tuple[int, int, SampleTimer]] = []
         self._idle = 0
-        """Pulses in `_due` without beats."""
+        """Timers in `_due` without groups."""
         self._deadlines: list[tuple[int, int, Batch]] = []
         self._dropped = 0
         """Batches dropped since `_deadlines` was last rid of such."""
@@ -188,8 +188,8 @@ class Notifications(Scheduled):
         self._hold(batch.channel, 1, length)
         self.usage.count_notifications(batch.channel, 1)
         if mode != TransmissionMode.CLIENT_ONCE:
-            beat = self._beat(batch, self._task_cycle(context), cycle_time * 100)
-            beat.add(subscription, on_change=mode in _ON_CHANGE)
+            group = self._group(batch, self._task_cycle(context), cycle_time * 100)
+            group.add(subscription, on_change=mode in _ON_CHANGE)
         self.fresh.append(subscription)
         if _SHORTEST < cycle_time < _MILLISECOND or _SHORTEST < max_delay < _MILLISECOND:
             self._diagnose(client, cycle_time, max_delay)
@@ -197,9 +197,9 @@ class Notifications(Scheduled):
 
     def _make_sure_of_room(self, client: bytes, via: Endpoint | None, length: int) -> None:
         holding = self._clients.get(client)
-        held, watched = (holding.count, holding.watched) if holding is not None else (0, 0)
+        count, watched = (holding.count, holding.watched) if holding is not None else (0, 0)
         try:
-            self.usage.check_subscription(self.limits, host_of(via), held, watched, length)
+            self.usage.check_subscription(self.limits, host_of(via), count, watched, length)
         except DeviceError:
             self.refused += 1
             raise
@@ -235,30 +235,30 @@ class Notifications(Scheduled):
             batch = channel.batches[delay] = Batch(channel, delay)
         return batch
 
-    def _beat(self, batch: Batch, task_cycle: int, cycle: int) -> Beat:
-        """The beat on the task grid for a cycle, rounded up to whole task cycles.
+    def _group(self, batch: Batch, task_cycle: int, cycle: int) -> SampleGroup:
+        """Return the group on the task grid for a cycle, rounded up to whole task cycles.
 
         It begins with its first subscription; those after it keep time with it.
         """
         cycle = max(-(-cycle // task_cycle), 1) * task_cycle
         key = (cycle, task_cycle)
-        beat = batch.beats.get(key)
-        if beat is None:
-            pulses = (full.pulse for full in batch.full if full.key == key)
-            pulse = next(pulses, None) or self._pulse(cycle, self._on_grid(task_cycle))
-            beat = Beat(batch, key, pulse)
-        return beat
+        group = batch.groups.get(key)
+        if group is None:
+            timers = (full.timer for full in batch.full if full.key == key)
+            timer = next(timers, None) or self._timer(cycle, self._on_grid(task_cycle))
+            group = SampleGroup(batch, key, timer)
+        return group
 
-    def _pulse(self, cycle: int, last: int) -> Pulse:
-        """The pulse that is due each `cycle` from `last` on."""
+    def _timer(self, cycle: int, last: int) -> SampleTimer:
+        """Return the timer that is due each `cycle` from `last` on."""
         key = (cycle, last % cycle)
-        pulse = self._pulses.get(key)
-        if pulse is None:
-            pulse = self._pulses[key] = Pulse(key)
+        timer = self._timers.get(key)
+        if timer is None:
+            timer = self._timers[key] = SampleTimer(key)
             self._sequence += 1
-            heappush(self._due, (last + cycle, self._sequence, pulse))
+            heappush(self._due, (last + cycle, self._sequence, timer))
             self.be_due(min(self.due_ns, last + cycle))
-        return pulse
+        return timer
 
     def _on_grid(self, task_cycle: int) -> int:
         """The last point of a task's grid."""
@@ -315,10 +315,10 @@ class Notifications(Scheduled):
         self._keep(-channel.discard())
         while channel.batches:
             batch = channel.batches.popitem()[1]
-            for beat in (*batch.beats.values(), *batch.full):
-                beat.leave()
-                self._tidy_up(beat.pulse)
-            batch.beats.clear()
+            for group in (*batch.groups.values(), *batch.full):
+                group.leave()
+                self._tidy_up(group.timer)
+            batch.groups.clear()
             batch.full.clear()
             batch.subscriptions = 0
             self._drop(batch)
@@ -338,7 +338,7 @@ class Notifications(Scheduled):
             subscriptions = self._closing[0].subscriptions
             while subscriptions and count > 0:
                 handle, subscription = subscriptions.popitem()
-                subscription.beat = None
+                subscription.group = None
                 del self._subscriptions[handle]
                 self.usage.count_notifications(subscription.batch.channel, -1)
                 count -= 1
@@ -346,20 +346,20 @@ class Notifications(Scheduled):
                 self._closing.popleft()
 
     def _stop(self, subscription: NotificationHandle) -> None:
-        """Take no more samples; a beat without any leaves its pulse, that without any goes too."""
-        beat = subscription.beat
-        if beat is not None:
-            subscription.beat = None
-            if not beat.discard(subscription):
-                self._tidy_up(beat.pulse)
+        """Take no more samples; remove an empty group, and a timer without groups."""
+        group = subscription.group
+        if group is not None:
+            subscription.group = None
+            if not group.discard(subscription):
+                self._tidy_up(group.timer)
 
-    def _tidy_up(self, pulse: Pulse) -> None:
-        """Forget a pulse without beats."""
-        if not pulse.beats:
-            del self._pulses[pulse.key]
+    def _tidy_up(self, timer: SampleTimer) -> None:
+        """Remove a timer without groups."""
+        if not timer.groups:
+            del self._timers[timer.key]
             self._idle += 1
             if self._idle > 64 and self._idle > len(self._due) // 2:
-                self._due = [entry for entry in self._due if entry[2].beats]
+                self._due = [entry for entry in self._due if entry[2].groups]
                 heapify(self._due)
                 self._idle = 0
 
@@ -403,7 +403,7 @@ class Notifications(Scheduled):
         """Hint at symbol handles out of date and sample them no more; notification handles stay."""
         for subscription in self._subscriptions.values():
             over = subscription.batch.channel.is_closed
-            if subscription.symbolic and subscription.beat is not None and not over:
+            if subscription.symbolic and subscription.group is not None and not over:
                 self._stop(subscription)
                 self._open_batch(subscription.batch)
                 hint(subscription)
@@ -434,24 +434,24 @@ class Notifications(Scheduled):
         if due and due[0][0] <= now:
             budget.refill(now)
         while due and due[0][0] <= now:
-            time, sequence, pulse = due[0]
-            if not pulse.beats:
+            time, sequence, timer = due[0]
+            if not timer.groups:
                 heappop(due)
                 self._idle -= 1
                 continue
-            cycle = pulse.cycle
-            heapreplace(due, (time + ((now - time) // cycle + 1) * cycle, sequence, pulse))
-            if budget.waiting or pulse.cost > budget.remaining:
-                for beat in pulse.beats:
-                    budget.put(self, beat)
+            cycle = timer.cycle
+            heapreplace(due, (time + ((now - time) // cycle + 1) * cycle, sequence, timer))
+            if budget.waiting or timer.cost > budget.remaining:
+                for group in timer.groups:
+                    budget.put(self, group)
                 continue
-            budget.remaining -= pulse.cost
-            for beat in pulse.beats:
-                batch = beat.batch
+            budget.remaining -= timer.cost
+            for group in timer.groups:
+                batch = group.batch
                 if batch.channel.away and not self._is_back(batch.channel):
                     continue
                 before = batch.count
-                beat.sample()
+                group.sample()
                 if batch.count and not before:
                     self._open.append(batch)
         if self._closing:
@@ -460,16 +460,17 @@ class Notifications(Scheduled):
             budget.serve(now)
         self.send(now)
 
-    def sample(self, beat: Beat) -> int:
-        """Take the samples of a beat that waited, unless nobody is there for them; their cost."""
-        batch = beat.batch
+    def sample(self, group: SampleGroup) -> int:
+        """Take the samples of a waiting group, unless its client is disconnected; return their
+        cost."""
+        batch = group.batch
         if batch.channel.away and not self._is_back(batch.channel):
             return 1
         before = batch.count
-        beat.sample()
+        group.sample()
         if batch.count and not before:
             self._open.append(batch)
-        return beat.cost
+        return group.cost
 
     def send(self, now: int) -> None:
         """Send what is sampled and may not wait longer."""
@@ -478,17 +479,17 @@ class Notifications(Scheduled):
         self._look_ahead()
 
     @property
-    def steady_pulse(self) -> tuple[int, Pulse] | None:
-        """Time and pulse of the next samples, if there is nothing else to do; else None."""
+    def steady_timer(self) -> tuple[int, SampleTimer] | None:
+        """Return time and timer of the next samples, if nothing else is to be done; else None."""
         if len(self._due) != 1 or self._open or self._waiting or self._closing or self._deadlines:
             return None
-        due_ns, _, pulse = self._due[0]
-        return None if self.fresh or not pulse.beats else (due_ns, pulse)
+        due_ns, _, timer = self._due[0]
+        return None if self.fresh or not timer.groups else (due_ns, timer)
 
     def pass_over(self, due_ns: int) -> None:
-        """Be due at this time next: the samples of the only pulse were taken until then."""
-        _, sequence, pulse = self._due[0]
-        self._due[0] = due_ns, sequence, pulse
+        """Continue at this time: the samples of the only timer were taken until then."""
+        _, sequence, timer = self._due[0]
+        self._due[0] = due_ns, sequence, timer
         self.be_due(due_ns)
 
     def _look_ahead(self) -> None:
@@ -561,7 +562,7 @@ class Notifications(Scheduled):
     def _send_channel(self, channel: Channel) -> None:
         limits = self.limits
         if self._channels.get(channel.key) is not channel:
-            self._keep(-channel.discard())  # nobody is subscribed any more
+            self._keep(-channel.discard())  # no subscription is left
             return
         while channel.queue:
             if channel.congested:

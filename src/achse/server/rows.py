@@ -204,7 +204,7 @@ class Service:
       (000, 002: "0x00nK_oooo"); field and functions then see that sub-element.
     - `guard(target)`: raises DeviceError when a write or exchange is not possible now.
     - `sample(target, length)`: a quicker way to read the same again and again, for notifications;
-      best the `Place` where the value lies as it travels; None if this target has none.
+      best the `Place` with the value as it travels; None if this target has none.
     - `symbol`: last part of the name for access by name.
     """
 

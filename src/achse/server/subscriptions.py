@@ -1,9 +1,9 @@
-"""Parts of a notification: subscription, beat, pulse, batch and channel.
+"""Parts of a notification: subscription, sample group, sample timer, batch and channel.
 
-A `Beat` is all subscriptions of one client that share cycle, task and largest delay, in two
+A `SampleGroup` is all subscriptions of one client that share cycle, task and largest delay, in two
 `Series`: one sent always and one sent on change. They are sampled together, whenever they came, so
-that one frame carries them all. A `Pulse` is the beats of all clients that share cycle and phase,
-so that one entry in the schedule stands for thousands of subscriptions; samples go to a `Batch`,
+that one frame carries them all. A `SampleTimer` has the groups of all clients that share cycle and
+phase, so that one entry in the schedule serves thousands of subscriptions; samples go to a `Batch`,
 which buffers them up to the largest delay; a `Channel` is the connection to one client.
 
 Source: 000 §3.2.3.6 … 8.
@@ -24,10 +24,10 @@ from achse.server.table import Reader
 log = logging.getLogger("achse.server")
 
 _FRAME_COST, _CALL_COST, _BYTES_OF_ONE = 64, 8, 256
-"""In samples: a frame, a value that lies nowhere in memory, and how many bytes are one more."""
+"""Costs, in samples: a frame, a value that is not in memory; number of bytes that cost one more."""
 
 _FULL = 2048
-"""Cost from which on a beat takes no further subscriptions: what is sampled in one go."""
+"""Cost from which on a group accepts no further subscriptions: it is sampled in one go."""
 
 _STREAM = struct.Struct("<II")
 _STAMP = struct.Struct("<QI")
@@ -38,7 +38,16 @@ class NotificationHandle:
     """One notification handle."""
 
     __slots__ = (
-        "batch", "beat", "client", "cost", "failing", "handle", "header", "last", "length", "read",
+        "batch",
+        "client",
+        "cost",
+        "failing",
+        "group",
+        "handle",
+        "header",
+        "last",
+        "length",
+        "read",
         "symbolic",
     )  # fmt: skip
 
@@ -61,41 +70,41 @@ class NotificationHandle:
         self.header = _SAMPLE.pack(handle, length)
         self.last: bytes | None = self.fit(first)
         self.failing = False
-        lies = isinstance(read, MemoryCell | ComputedCell)
-        self.cost = (1 if lies else _CALL_COST) + length // _BYTES_OF_ONE
-        """See `Beat.cost`."""
-        self.beat: Beat | None = None
-        """Beat that samples the subscription; None if no more samples come."""
+        is_in_memory = isinstance(read, MemoryCell | ComputedCell)
+        self.cost = (1 if is_in_memory else _CALL_COST) + length // _BYTES_OF_ONE
+        """See `SampleGroup.cost`."""
+        self.group: SampleGroup | None = None
+        """Group that samples the subscription; None after its last sample."""
 
     @property
     def reader(self) -> Callable[[], bytes | None]:
-        """Takes a sample: a place of the asked length itself, else `take`."""
+        """Function that samples: the memory itself if it has the requested length, else `take`."""
         read = self.read
         if isinstance(read, Cell) and read.size == self.length:
             return read
         return self.take
 
     def take(self) -> bytes | None:
-        """The value as it is now; None if it cannot be read, of which the log tells once."""
+        """Return the current value; None if it cannot be read, which is logged once."""
         try:
             value = self.read()
         except Exception as failure:
             if not self.failing:
                 self.failing = True
-                self._tell(failure)
+                self._log(failure)
             return None
         self.failing = False
         return value if len(value) == self.length else self.fit(value)
 
-    def _tell(self, failure: Exception) -> None:
-        whose = self.batch.channel.reader
+    def _log(self, failure: Exception) -> None:
+        client = self.batch.channel.reader
         if isinstance(failure, DeviceError):
-            log.info("notification %d has no value: %s", self.handle, failure, extra=whose)
+            log.info("notification %d has no value: %s", self.handle, failure, extra=client)
         else:
-            log.error("notification %d cannot be read", self.handle, exc_info=failure, extra=whose)
+            log.error("notification %d cannot be read", self.handle, exc_info=failure, extra=client)
 
     def fit(self, value: bytes) -> bytes:
-        """A sample has the asked length, whatever the value has: clients drop others."""
+        """Return `value` in the requested length: clients drop samples of another length."""
         return value[: self.length].ljust(self.length, b"\0")
 
 
@@ -112,7 +121,7 @@ class Holding:
 
 
 class Channel:
-    """The way to one client as it asked: its address, ours as it wrote it, its connection."""
+    """Channel to one client, by its address, ours as it wrote it, and its connection."""
 
     __slots__ = (
         "away",
@@ -144,13 +153,13 @@ class Channel:
         """Encoded stamps ready to go, each with its number of samples."""
         self.queued = 0
         self.deleted: set[int] = set()
-        """Handles that were deleted while samples were kept: theirs are not sent any more."""
+        """Handles that were deleted while samples were buffered: their samples are not sent."""
         self.dropped = 0
         """Samples lost since the client last read."""
         self.away = False
-        """True while no way leads to the client: nothing is sampled for it."""
+        """True while the client cannot be reached: nothing is sampled for it."""
         self.is_closed = False
-        """True once the client or its connection is gone: its subscriptions are being cleared."""
+        """True once the client or its connection has ended: its subscriptions are being cleared."""
 
     @property
     def congested(self) -> bool:
@@ -164,7 +173,8 @@ class Channel:
         return {"client": client, "peer": getattr(self.via, "peer", "")}
 
     def shorten(self, size: int) -> int:
-        """Drop the oldest stamps until at most `size` bytes wait; the number of samples lost."""
+        """Drop the oldest stamps until at most `size` bytes wait; return the number of lost
+        samples."""
         lost = 0
         while self.queued > size:
             samples, stamp = self.queue.popleft()
@@ -174,27 +184,27 @@ class Channel:
         return lost
 
     @property
-    def kept(self) -> int:
-        """Bytes of all samples that are not under way yet."""
+    def buffered_bytes(self) -> int:
+        """Bytes of all buffered samples."""
         return self.queued + sum(batch.size for batch in self.batches.values())
 
     def forget(self, handle: int) -> None:
         """Send no sample of a deleted handle any more, nor any behind the answer that is next (its
         connection's `subscription_ended`, if it has one)."""
-        if self._keeps_samples:
+        if self._has_samples:
             self.deleted.add(handle)
         ended: Callable[[], None] | None = getattr(self.via, "subscription_ended", None)
         if ended is not None:
             ended()
 
     @property
-    def _keeps_samples(self) -> bool:
-        """True if there are samples that are not under way yet."""
+    def _has_samples(self) -> bool:
+        """True if samples are buffered."""
         return bool(self.queue) or any(each.stamps or each.count for each in self.batches.values())
 
     def discard(self) -> int:
-        """Drop all that is kept; how many bytes."""
-        size = self.kept
+        """Drop all buffered samples; return their bytes."""
+        size = self.buffered_bytes
         self.shorten(0)
         for batch in self.batches.values():
             self.dropped += sum(samples for samples, _ in batch.stamps)
@@ -202,7 +212,8 @@ class Channel:
         return size
 
     def frame(self, size: int) -> Frame | None:
-        """The oldest stamps as one frame of about `size` bytes; None if nothing is left of them."""
+        """Return the oldest stamps as one frame of about `size` bytes; None if all handles are
+        deleted."""
         queue = self.queue
         if self.queued <= size:
             stamps = [stamp for _, stamp in queue]
@@ -216,8 +227,8 @@ class Channel:
                 size -= len(stamp)
                 self.queued -= len(stamp)
         if self.deleted:
-            stamps = [left for stamp in stamps if (left := _without(stamp, self.deleted))]
-            if not self._keeps_samples:
+            stamps = [rest for stamp in stamps if (rest := _without(stamp, self.deleted))]
+            if not self._has_samples:
                 self.deleted.clear()
             if not stamps:
                 return None
@@ -231,21 +242,29 @@ class Channel:
 def _without(stamp: bytes, handles: set[int]) -> bytes:
     """Return a stamp without the samples of some handles; empty if none is left."""
     filetime, count = _STAMP.unpack_from(stamp)
-    at, left = _STAMP.size, []
+    at, remaining = _STAMP.size, []
     for _ in range(count):
         handle, length = _SAMPLE.unpack_from(stamp, at)
         end = at + _SAMPLE.size + length
         if handle not in handles:
-            left.append(stamp[at:end])
+            remaining.append(stamp[at:end])
         at = end
-    return _STAMP.pack(filetime, len(left)) + b"".join(left) if left else b""
+    return _STAMP.pack(filetime, len(remaining)) + b"".join(remaining) if remaining else b""
 
 
 class Batch:
     """Samples of one channel with one largest delay, gathered until it has passed."""
 
     __slots__ = (
-        "beats", "channel", "count", "deadline", "full", "max_delay", "parts", "size", "stamps",
+        "channel",
+        "count",
+        "deadline",
+        "full",
+        "groups",
+        "max_delay",
+        "parts",
+        "size",
+        "stamps",
         "subscriptions",
     )  # fmt: skip
 
@@ -253,10 +272,10 @@ class Batch:
         self.channel = channel
         self.max_delay = max_delay
         self.subscriptions = 0
-        self.beats: dict[tuple[int, int], Beat] = {}
-        """Beats that accept further subscriptions, by their cycle and the task's, ns."""
-        self.full: dict[Beat, None] = {}
-        """Beats that accept no further subscriptions."""
+        self.groups: dict[tuple[int, int], SampleGroup] = {}
+        """Groups that accept further subscriptions, by their cycle and the task's, ns."""
+        self.full: dict[SampleGroup, None] = {}
+        """Groups that accept no further subscriptions."""
         self.count = 0
         """Samples of this moment, whose bytes are `parts`: header and data of each."""
         self.parts: list[bytes] = []
@@ -295,14 +314,14 @@ class Batch:
         self.size += len(stamp)
 
     def release(self) -> None:
-        """Hand everything gathered to the channel."""
+        """Pass the gathered samples to the channel."""
         self.channel.queue.extend(self.stamps)
         self.channel.queued += self.size
         self.discard()
         self.deadline = None
 
     def discard(self) -> int:
-        """Forget everything gathered; how many bytes."""
+        """Drop the gathered samples; return their bytes."""
         size, self.size = self.size, 0
         self.stamps.clear()
         return size
@@ -324,7 +343,7 @@ class Series:
         self.subscriptions: dict[int, NotificationHandle] = {}
         self._on_change = on_change
         self._members: tuple[NotificationHandle, ...] = ()
-        """The subscriptions whose values `_last` holds."""
+        """Subscriptions with their values in `_last`."""
         self._headers: tuple[bytes, ...] = ()
         self._last: tuple[bytes | None, ...] = ()
         self._take: Callable[[], tuple[Any, ...]]
@@ -378,14 +397,14 @@ class Series:
 
     def _changed(self, batch: "Batch") -> None:
         assert self._sampler is not None
-        found = self._sampler.sample()
-        if found is None:
+        samples = self._sampler.sample()
+        if samples is None:
             self._leave_sampler()
             self._sample = Series._together
             self._together(batch)
-        elif found[0]:
-            batch.count += found[0]
-            batch.parts.append(found[1])
+        elif samples[0]:
+            batch.count += samples[0]
+            batch.parts.append(samples[1])
 
     def _leave_sampler(self) -> None:
         if self._sampler is not None:
@@ -411,62 +430,63 @@ class Series:
                         hint(subscription)
 
 
-class Beat:
-    """Subscriptions of one batch that are due with `pulse`; `key` is their cycle and the task's.
+class SampleGroup:
+    """Subscriptions of one batch that are due with `timer`; `key` is their cycle and the task's.
 
-    `cost` is what it takes to sample and send them, as many samples: 1 for a value that is in
+    `cost` is the cost of sampling and sending them, in samples: 1 for a value that is in
     memory, 8 for another, 1 more for each 256 bytes, and 64 for the frame.
     """
 
-    __slots__ = ("batch", "cost", "cyclic", "key", "on_change", "pulse", "waits")
+    __slots__ = ("batch", "cost", "cyclic", "key", "on_change", "timer", "waits")
 
-    def __init__(self, batch: Batch, key: tuple[int, int], pulse: "Pulse") -> None:
+    def __init__(self, batch: Batch, key: tuple[int, int], timer: "SampleTimer") -> None:
         self.batch = batch
         self.key = key
-        self.pulse = pulse
+        self.timer = timer
         self.cost = _FRAME_COST
         self.waits = False
         """True while it is due and the budget does not reach."""
         self.cyclic = Series(on_change=False)
         self.on_change = Series(on_change=True)
-        batch.beats[key] = self
-        pulse.beats[self] = None
-        pulse.cost += self.cost
+        batch.groups[key] = self
+        timer.groups[self] = None
+        timer.cost += self.cost
 
     @property
     def samples(self) -> int:
-        """Number of subscriptions of the beat."""
+        """Number of subscriptions of the group."""
         return len(self.cyclic.subscriptions) + len(self.on_change.subscriptions)
 
     def add(self, subscription: NotificationHandle, *, on_change: bool) -> None:
         """Sample it from now on."""
         (self.on_change if on_change else self.cyclic).add(subscription)
-        subscription.beat = self
+        subscription.group = self
         self.cost += subscription.cost
-        self.pulse.cost += subscription.cost
+        self.timer.cost += subscription.cost
         if self.cost >= _FULL:
-            del self.batch.beats[self.key]
+            del self.batch.groups[self.key]
             self.batch.full[self] = None
 
     def discard(self, subscription: NotificationHandle) -> bool:
-        """Sample it no more; whether others are left. Without any it leaves batch and pulse."""
+        """Remove a subscription; return True if others are left. An empty group leaves batch and
+        timer."""
         self.cyclic.discard(subscription)
         self.on_change.discard(subscription)
         self.cost -= subscription.cost
-        self.pulse.cost -= subscription.cost
+        self.timer.cost -= subscription.cost
         if self.cyclic.subscriptions or self.on_change.subscriptions:
             return True
         if self in self.batch.full:
             del self.batch.full[self]
         else:
-            del self.batch.beats[self.key]
+            del self.batch.groups[self.key]
         self.leave()
         return False
 
     def leave(self) -> None:
-        """Be due no more."""
-        del self.pulse.beats[self]
-        self.pulse.cost -= self.cost
+        """Leave the timer."""
+        del self.timer.groups[self]
+        self.timer.cost -= self.cost
 
     def sample(self) -> None:
         """Take all samples that are to be sent."""
@@ -475,19 +495,19 @@ class Beat:
                 series.sample(self.batch)
 
 
-class Pulse:
-    """Beats that are due together; `key` is their cycle and phase in ns."""
+class SampleTimer:
+    """Groups that are due together; `key` is their cycle and phase in ns."""
 
-    __slots__ = ("beats", "cost", "cycle", "key")
+    __slots__ = ("cost", "cycle", "groups", "key")
 
     def __init__(self, key: tuple[int, int]) -> None:
         self.key = key
         self.cycle = key[0]
         self.cost = 0
-        """Cost of all beats together."""
-        self.beats: dict[Beat, None] = {}
+        """Cost of all groups together."""
+        self.groups: dict[SampleGroup, None] = {}
 
 
 def hint(subscription: NotificationHandle) -> None:
-    """A sample without data says that the handle has become invalid (000 §3.2.3.8)."""
+    """Add a sample without data: the handle has become invalid (000 §3.2.3.8)."""
     subscription.batch.take(_SAMPLE.pack(subscription.handle, 0), b"")

@@ -1,6 +1,6 @@
 """Sum commands: many requests in one ReadWrite (index groups 0xF080 … 0xF086).
 
-The offset is the number of parts. Each part stands alone: it fails with its own code, and the
+The offset is the number of parts. Each part is independent: it fails with its own code, and the
 whole answers result 0. Source: 003, with the layouts that real clients use where 003 prints
 shorter ones (0xF083 and 0xF084 return lengths, 0xF085 takes whole Add bodies).
 """
@@ -165,18 +165,18 @@ class SumCommands:
 
     def _read_ex_2(self, count: int, read_length: int, data: bytes, client: bytes) -> bytes:
         parts = _parts(count, _PART, data)
-        left = _room(count * 8, read_length)
+        remaining = _room(count * 8, read_length)
         results, lengths, blocks = [], [], []
         for group, offset, length in parts:
             try:
-                block = self._find(group).read(group, offset, min(length, left), client)
+                block = self._find(group).read(group, offset, min(length, remaining), client)
                 result = 0
             except Exception as failure:
                 result, block = _code(failure), b""
             results.append(result)
             lengths.append(len(block))
             blocks.append(block)
-            left -= len(block)
+            remaining -= len(block)
         return _pairs(results, lengths) + b"".join(blocks)
 
     # writes ----------------------------------------------------------------------------------
@@ -201,7 +201,7 @@ class SumCommands:
 
     def _read_write(self, count: int, read_length: int, data: bytes, client: bytes) -> bytes:
         parts = _parts(count, _PART_2, data, data_length=3)
-        left = _room(count * 8, read_length)
+        remaining = _room(count * 8, read_length)
         position = count * _PART_2.size
         results, lengths, blocks = [], [], []
         for group, offset, length, write_length in parts:
@@ -209,14 +209,14 @@ class SumCommands:
             position += write_length
             try:
                 services = self._find(group)
-                block = services.read_write(group, offset, min(length, left), value, client)
+                block = services.read_write(group, offset, min(length, remaining), value, client)
                 result = 0
             except Exception as failure:
                 result, block = _code(failure), b""
             results.append(result)
             lengths.append(len(block))
             blocks.append(block)
-            left -= len(block)
+            remaining -= len(block)
         return _pairs(results, lengths) + b"".join(blocks)
 
     # notifications ---------------------------------------------------------------------------

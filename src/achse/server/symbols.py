@@ -199,7 +199,7 @@ class SymbolServices:
             read_write=self._info_by_name,
             request="name",
             response="UINT32 group, offset, size",
-            description="Where the value of a symbol lies.",
+            description="Address of the value of a symbol.",
         )
         yield RawGroup(
             ReservedGroup.SYMBOL_VERSION,

@@ -457,10 +457,10 @@ class ServiceTable:
 
     def find(self, group: int) -> IndexGroup:
         """The group that serves index group `group`; raises DeviceError 0x702."""
-        found = self.by_index.get(group)
-        if found is None:
+        entry = self.by_index.get(group)
+        if entry is None:
             raise DeviceError(ReturnCode.INVALID_GROUP, f"0x{group:X}")
-        return found
+        return entry
 
 
 def _check_field(row: Service, kind: type[Any]) -> None:

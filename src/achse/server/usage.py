@@ -43,9 +43,9 @@ class HostCounts:
         """Add to the count of a host; negative when something is released."""
         if not host or not count:
             return
-        held = self[host] + count
-        if held:
-            self._counts[host] = held
+        total = self[host] + count
+        if total:
+            self._counts[host] = total
         else:
             del self._counts[host]
 
@@ -81,7 +81,7 @@ class Keeper(Protocol):
 
 
 class AbandonedHandles(Protocol):
-    """Handles of a client whose connection has ended, one at least."""
+    """Handles of a disconnected client, one at least."""
 
     def end_one(self) -> None:
         """End one of the handles; the last one removes them from `Usage.abandoned`."""
@@ -109,19 +109,19 @@ class Usage:
         self.members: WeakSet[Keeper] = WeakSet()
 
     def check_subscription(
-        self, limits: ClientLimits, host: str, held: int, watched: int, length: int
+        self, limits: ClientLimits, host: str, count: int, watched: int, length: int
     ) -> None:
         """Raise DeviceError if a client that holds so much may not subscribe to `length` bytes."""
         by_host = self.notifications_by_host
         is_full = self.notifications >= limits.all_notifications
         if (
             is_full
-            or held >= limits.notifications
+            or count >= limits.notifications
             or by_host.is_full(host, limits.all_notifications)
         ):
             raise DeviceError(
                 ReturnCode.NO_MORE_HANDLES,
-                f"notifications: {held} of the client, {by_host[host]} of its host,"
+                f"notifications: {count} of the client, {by_host[host]} of its host,"
                 f" {self.notifications} of all",
             )
         if (
@@ -142,10 +142,15 @@ class Usage:
             next(iter(self.abandoned)).end_one()
 
     def make_room(self, limit: int) -> None:
-        """Drop samples of the clients for whom most is kept, until a quarter of `limit` is free."""
-        kept = [(channel.kept, each, channel) for each in self.members for channel in each.channels]
-        kept.sort(key=lambda entry: entry[0], reverse=True)
-        for _, keeper, channel in kept:
+        """Drop samples of the clients with most buffered bytes, until a quarter of `limit` is
+        free."""
+        sizes = [
+            (channel.buffered_bytes, each, channel)
+            for each in self.members
+            for channel in each.channels
+        ]
+        sizes.sort(key=lambda entry: entry[0], reverse=True)
+        for _, keeper, channel in sizes:
             if self.queued <= limit * 3 // 4:
                 return
             keeper.drop(channel)

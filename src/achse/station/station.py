@@ -31,10 +31,10 @@ from achse.station.building.assembly import permanent
 from achse.station.building.building import Ground
 from achse.station.building.nc import velocity_warnings
 from achse.station.building.scope import StationScope
-from achse.station.clocks.agenda import Agenda
 from achse.station.clocks.clock import StationClock
 from achse.station.clocks.cycle import Cycle, PhasePlace
 from achse.station.clocks.pacing import Pace
+from achse.station.clocks.timer_queue import TimerQueue
 from achse.station.configuration.station_file import StationConfig, load
 from achse.station.configuration.types import STATION_FILE, ConfigError
 from achse.station.persistence.file_port import DISK, FilePort
@@ -61,7 +61,7 @@ DEMO = Path(__file__).with_name("demo.toml")
 """The demo station's configuration."""
 
 DEFAULT_EPOCH_NS = 1_767_225_600_000_000_000
-"""Station time 0 unless told otherwise: 2026-01-01 UTC, so that equal runs give equal stamps."""
+"""Station time 0 unless calls otherwise: 2026-01-01 UTC, so that equal runs give equal stamps."""
 
 
 class Station:
@@ -91,8 +91,8 @@ class Station:
         """Cycle of the station; others may add phases of their own, which stay through restarts."""
         self.clock: StationClock = StationClock(self.cycle, epoch_ns)
         """Calling it returns the time stamp of the present cycle, Unix ns."""
-        self._agenda = Agenda(self.cycle)
-        self._behind_cycles = Agenda(self.cycle, PhasePlace.UPKEEP, "delayed frames")
+        self._timer_queue = TimerQueue(self.cycle)
+        self._behind_cycles = TimerQueue(self.cycle, PhasePlace.UPKEEP, "delayed frames")
         self.router = Router(self.config.router.net_id or net_id_at(self.config.router.host))
         self._base = base or Path()
         RouteFile(self.config, self.router, self._base)
@@ -342,7 +342,7 @@ class Station:
 
     def at(self, due_ns: int, action: Callable[[], None]) -> None:
         """Call `action` at a station time, before the NC; with the next tick if that is over."""
-        self._agenda.add(due_ns, action)
+        self._timer_queue.add(due_ns, action)
 
     def after(self, due_ns: int, action: Callable[[], None]) -> None:
         """Call `action` behind the cycle at a station time, as what clients send is done."""
@@ -350,7 +350,7 @@ class Station:
 
     def forget(self, action: Callable[[], None]) -> None:
         """Do not call an action of `at` any more. Unknown is not an error."""
-        self._agenda.forget(action)
+        self._timer_queue.forget(action)
 
     @property
     def strict(self) -> bool:

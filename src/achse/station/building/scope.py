@@ -151,11 +151,11 @@ class StationScope:
     @property
     def lost(self) -> dict[str, str]:
         """Channels that end early, with the reason."""
-        decks: Sequence[Any] = self._scope.recorder.decks
+        groups: Sequence[Any] = self._scope.recorder.groups
         return {
             each.channel.name: each.failure
-            for deck in decks
-            for each in deck.channels
+            for group in groups
+            for each in group.channels
             if each.failure
         }
 

@@ -18,7 +18,7 @@ _FIGURES = (
     Figure("held_bytes", "held_bytes", "Bytes that wait on all connections together."),
     Figure("samples_late", "samples_late", "Samples of notifications that came late.", True),
     Figure("registered_ports", "registered_ports", "AMS ports in use."),
-    Figure("lost_frames", "lost_frames", "Frames that nobody was there for.", True),
+    Figure("lost_frames", "lost_frames", "Frames without a receiver.", True),
     Figure("requests_denied", "requests_denied", "Requests without their right.", True),
     Figure("faults", "faults", "Faults in force."),
     Figure("axes", "axes", "Axes of the NC."),

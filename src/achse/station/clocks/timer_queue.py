@@ -1,4 +1,4 @@
-"""Actions at station times: a phase of the cycle as long as an action is pending."""
+"""Timer queue: actions at station times, a phase of the cycle while any is pending."""
 
 import heapq
 import math
@@ -7,8 +7,8 @@ from collections.abc import Callable
 from achse.station.clocks.cycle import Cycle, Phase, PhasePlace
 
 
-class Agenda(Phase):
-    """Actions, each at its time; faults begin and end so."""
+class TimerQueue(Phase):
+    """Queue of actions in station time, such as begins and ends of faults."""
 
     due_ns = math.inf
 
@@ -21,7 +21,7 @@ class Agenda(Phase):
         self._sequence = 0
 
     def add(self, due_ns: int, action: Callable[[], None]) -> None:
-        """Call `action` at a station time; with the next cycle if it is over."""
+        """Call `action` at a station time; in the next cycle if that time has passed."""
         if not self._actions:
             self._cycle.add(self)
         self._sequence += 1
@@ -29,15 +29,15 @@ class Agenda(Phase):
         self.due_ns = self._actions[0][0]
 
     def forget(self, action: Callable[[], None]) -> None:
-        """Do not call this `action` any more. Unknown is not an error."""
-        left = [entry for entry in self._actions if entry[2] is not action]
-        if len(left) < len(self._actions):
-            heapq.heapify(left)
-            self._actions = left
+        """Remove this `action` from the queue, if it is there."""
+        remaining = [entry for entry in self._actions if entry[2] is not action]
+        if len(remaining) < len(self._actions):
+            heapq.heapify(remaining)
+            self._actions = remaining
             self._look()
 
     def step(self, now_ns: int) -> None:
-        """Do what is due."""
+        """Call the actions that are due."""
         while self._actions and self._actions[0][0] <= now_ns:
             heapq.heappop(self._actions)[2]()
         self._look()
