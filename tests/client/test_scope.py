@@ -50,8 +50,8 @@ def test_rows_are_followed_and_none_is_missed(run_for_real: Run) -> None:
                 counts: list[int] = []
                 station.advance(0.3)
                 async for rows in scope.follow(0):
-                    deck = (await scope.facts())["decks"][0]
-                    counts += _values(deck, rows)
+                    group = (await scope.facts())["channel_groups"][0]
+                    counts += _values(group, rows)
                     assert rows.lost == 0
                     station.advance(0.3)
                     if len(counts) >= 300:
@@ -67,8 +67,8 @@ def test_rows_are_followed_and_none_is_missed(run_for_real: Run) -> None:
     run_for_real(main())
 
 
-def _values(deck: dict[str, Any], rows: Any) -> list[int]:
-    block = block_of(deck, rows.first, rows.rows)
+def _values(group: dict[str, Any], rows: Any) -> list[int]:
+    block = block_of(group, rows.first, rows.rows)
     return [word & 0xFFFF_FFFF for word in block.words]
 
 

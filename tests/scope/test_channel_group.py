@@ -1,4 +1,4 @@
-"""Decks: rings of rows, values wherever they are, and what becomes of a channel without values."""
+"""Channel groups: rings of rows, values from any memory, channels without values."""
 
 import mmap
 import threading
@@ -9,22 +9,22 @@ import pytest
 from achse.native.backend import compiler_installed
 from achse.native.memory import MemoryCell
 from achse.scope.channel import ScopeChannel
-from achse.scope.deck import Deck, DeckChannel, ScopeSource, address_of
+from achse.scope.channel_group import ChannelGroup, GroupChannel, ScopeSource, address_of
 from achse.scope.trigger import trigger_of
 from achse.scope.types import SCOPE_TYPES
 
 MS = 1_000_000
 
 
-def deck(
+def group(
     *reads: tuple[str, Callable[[], bytes]], compiled: bool, capacity: int = 4, trigger: str = ""
-) -> Deck:
+) -> ChannelGroup:
     channels = [
-        DeckChannel(ScopeChannel(f"c{n}"), ScopeSource(read, SCOPE_TYPES[type], MS))
+        GroupChannel(ScopeChannel(f"c{n}"), ScopeSource(read, SCOPE_TYPES[type], MS))
         for n, (type, read) in enumerate(reads)
     ]
     triggers = [trigger_of(trigger)] if trigger else []
-    made = Deck(channels, MS, capacity, triggers, compiled=compiled)
+    made = ChannelGroup(channels, MS, capacity, triggers, compiled=compiled)
     made.start(MS)
     return made
 
@@ -34,7 +34,7 @@ def words(rows: bytes) -> list[int]:
 
 
 def test_rows_have_the_values_of_their_moment(compiled: bool, memory: bytearray) -> None:
-    made = deck(
+    made = group(
         ("UINT8", MemoryCell(memory, 3, 1)),
         ("INT16", lambda: b"\xff\xff"),
         ("INT64", MemoryCell(memory, 5, 8)),
@@ -49,7 +49,7 @@ def test_rows_have_the_values_of_their_moment(compiled: bool, memory: bytearray)
 
 
 def test_the_oldest_rows_go_and_are_counted(compiled: bool, memory: bytearray) -> None:
-    made = deck(("UINT8", MemoryCell(memory, 0, 1)), compiled=compiled)
+    made = group(("UINT8", MemoryCell(memory, 0, 1)), compiled=compiled)
     for moment in range(11):
         memory[0] = moment
         made.sample()
@@ -64,7 +64,7 @@ def test_the_oldest_rows_go_and_are_counted(compiled: bool, memory: bytearray) -
 
 
 def test_memory_that_grows_is_found_again(compiled: bool, memory: bytearray) -> None:
-    made = deck(("UINT32", MemoryCell(memory, 100, 4)), compiled=compiled)
+    made = group(("UINT32", MemoryCell(memory, 100, 4)), compiled=compiled)
     made.sample()
     memory.extend(bytes(1 << 22))  # it is elsewhere now
     memory[100] = 7
@@ -81,7 +81,7 @@ def test_a_channel_that_cannot_be_read_ends(compiled: bool, memory: bytearray) -
         except StopIteration:
             raise LookupError("axis 3 is gone") from None
 
-    made = deck(
+    made = group(
         ("UINT8", read),
         ("UINT8", lambda: b"\5"),
         ("UINT8", MemoryCell(memory, 0, 1)),
@@ -99,7 +99,7 @@ def test_a_channel_that_cannot_be_read_ends(compiled: bool, memory: bytearray) -
 
 
 def test_triggers_fire_at_their_row(compiled: bool, memory: bytearray) -> None:
-    made = deck(("UINT8", MemoryCell(memory, 0, 1)), compiled=compiled, trigger="c0 rising 2")
+    made = group(("UINT8", MemoryCell(memory, 0, 1)), compiled=compiled, trigger="c0 rising 2")
     fired = []
     for value in (3, 1, 2, 2, 0, 5):
         memory[0] = value
@@ -111,7 +111,7 @@ def test_an_address_is_that_of_the_value(memory: bytearray) -> None:
     if not compiler_installed():
         pytest.skip("no compiler")
     pages = mmap.mmap(-1, 4096)
-    made = deck(("UINT16", MemoryCell(pages, 9, 2)), compiled=True)  # type: ignore[arg-type]
+    made = group(("UINT16", MemoryCell(pages, 9, 2)), compiled=True)  # type: ignore[arg-type]
     pages[9:11] = b"\1\2"
     made.sample()
     assert words(made.rows(0, 1)[1]) == [0x0201]
@@ -122,7 +122,7 @@ def test_an_address_is_that_of_the_value(memory: bytearray) -> None:
 
 def test_a_copy_beside_sampling_has_whole_rows_in_order(memory: bytearray) -> None:
     """Another thread copies; rows that go meanwhile are left out, none is of two moments."""
-    made = deck(
+    made = group(
         *[("INT64", MemoryCell(memory, 8 * n, 8)) for n in range(16)],
         compiled=compiler_installed(),
         capacity=20_000,
@@ -152,7 +152,7 @@ def test_a_copy_beside_sampling_has_whole_rows_in_order(memory: bytearray) -> No
 def test_a_copy_while_a_row_is_written_has_neither_it_nor_the_one_that_it_replaces(
     memory: bytearray,
 ) -> None:
-    made = deck(("INT64", MemoryCell(memory, 0, 8)), compiled=False, capacity=4)
+    made = group(("INT64", MemoryCell(memory, 0, 8)), compiled=False, capacity=4)
     take, copies = made._take, []
 
     def take_slowly(row: int) -> int:
@@ -172,7 +172,7 @@ def test_a_copy_while_a_row_is_written_has_neither_it_nor_the_one_that_it_replac
 
 
 def test_a_copy_leaves_out_what_went_meanwhile(memory: bytearray) -> None:
-    made = deck(("INT64", MemoryCell(memory, 0, 8)), compiled=False, capacity=4)
+    made = group(("INT64", MemoryCell(memory, 0, 8)), compiled=False, capacity=4)
     for _ in range(6):
         memory[0] = made.count
         made.sample()

@@ -1,4 +1,4 @@
-"""Recorders: states, triggers at their cycle, pre-trigger, decks of several sample times."""
+"""Recorders: states, triggers at their cycle, pre-trigger, groups of several sample times."""
 
 import math
 from collections.abc import Callable
@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from achse.native.backend import compiler_installed
 from achse.native.memory import MemoryCell
 from achse.scope.channel import ScopeChannel
-from achse.scope.deck import ScopeSource
+from achse.scope.channel_group import ScopeSource
 from achse.scope.definition import definition_of
 from achse.scope.recorder import Recorder, ScopeState
 from achse.scope.trigger import TRIGGER_KINDS
@@ -96,7 +96,7 @@ def test_a_manual_trigger_needs_a_scope_that_waits(
     assert made.data()["UINT32.0"].values == [100, 101, 102]
 
 
-def test_decks_of_several_sample_times_end_with_the_same_moment(
+def test_groups_of_several_sample_times_end_with_the_same_moment(
     compiled: bool, memory: bytearray, bind: Bind
 ) -> None:
     made = recorder(
@@ -172,7 +172,7 @@ def test_a_symbol_that_goes_ends_its_channel(compiled: bool, memory: bytearray) 
     made.sample(2 * MS)
     data = made.data()
     assert {name: data[name].values for name in data} == {"a": [1], "b": [2, 9], "c": [3]}
-    lost = {each["name"]: each["lost"] for each in made.facts()["decks"][0]["channels"]}
+    lost = {each["name"]: each["lost"] for each in made.facts()["channel_groups"][0]["channels"]}
     assert lost == {"a": "a is not there", "b": "", "c": "is a INT32 now, was UINT16"}
 
 
@@ -204,21 +204,21 @@ def test_minutes_of_64_channels_lose_no_sample_and_take_no_more_memory(
     )
     minutes = many(3)
     made.start(0)
-    [deck] = made.decks
+    [group] = made.groups
     bytes_of_ring = made.ring_bytes
     sample, seen = made.sample, 0
     for minute in range(minutes):
         for cycle in range(60_000 * minute + 1, 60_000 * (minute + 1) + 1):
             place[0] = cycle
             sample(cycle * MS)
-        first, rows = deck.rows(seen, 60_000)
+        first, rows = group.rows(seen, 60_000)
         words = memoryview(rows).cast("q")
         counts = words[0::64].tolist()
         assert counts == list(range(seen + 1, seen + 60_001))
         assert words[62::64].tolist() == counts
         assert first == seen
         seen += 60_000
-    assert (deck.count, made.ring_bytes) == (60_000 * minutes, bytes_of_ring)
+    assert (group.count, made.ring_bytes) == (60_000 * minutes, bytes_of_ring)
     assert bytes_of_ring == 64 * 8 * 61_000
     place.release()
 

@@ -37,9 +37,9 @@ Triggers = str | ScopeTrigger | Iterable[str | ScopeTrigger]
 
 
 class ScopeRows(NamedTuple):
-    """Rows of one deck, as `RemoteScope.follow` gives them."""
+    """Rows of one channel group, as `RemoteScope.follow` yields them."""
 
-    deck: int
+    group: int
     size: int
     """Number of rows."""
     first: int
@@ -181,21 +181,24 @@ class RemoteScope(ClosedByBlock):
         """Return the samples that are recorded now."""
         facts = await self.facts()
         blocks = []
-        for number, deck in enumerate(facts["decks"]):
-            first, rows = await self._rows(number, deck, deck["oldest"], deck["count"])
-            blocks.append(block_of(deck, first, rows))
+        for number, group in enumerate(facts["channel_groups"]):
+            first, rows = await self._rows(number, group, group["oldest"], group["count"])
+            blocks.append(block_of(group, first, rows))
         return ScopeData(facts["name"], tuple(blocks), facts["trigger_ns"])
 
     async def follow(self, pause: float = _PAUSE) -> AsyncIterator[ScopeRows]:
-        """Rows as they come, of one deck after the other, until the recording ends."""
+        """Yield rows as they arrive, one channel group after the other, until the recording
+        ends."""
         seen: dict[int, int] = {}
-        decks = (await self.facts())["decks"]
+        groups = (await self.facts())["channel_groups"]
         while True:
             progress = await self._ask(self._made(), ScopeCommand.PROGRESS.encode())
-            for number, (deck, now) in enumerate(zip(decks, progress["decks"], strict=True)):
+            for number, (group, now) in enumerate(
+                zip(groups, progress["channel_groups"], strict=True)
+            ):
                 wanted = seen.get(number, 0)
                 while wanted < now["count"]:
-                    chunk = await self._chunk(number, deck, wanted)
+                    chunk = await self._chunk(number, group, wanted)
                     if not chunk.size:
                         break
                     yield chunk
@@ -206,14 +209,14 @@ class RemoteScope(ClosedByBlock):
             await asyncio.sleep(pause)
 
     async def _rows(
-        self, number: int, deck: dict[str, Any], first: int, end: int
+        self, number: int, group: dict[str, Any], first: int, end: int
     ) -> tuple[int, bytes]:
         """Rows up to number `end`, and the number of the first; those that go meanwhile are left
         out."""
         parts: list[bytes] = []
         begin = wanted = first
         while wanted < end:
-            chunk = await self._chunk(number, deck, wanted)
+            chunk = await self._chunk(number, group, wanted)
             if not chunk.size:
                 break
             if chunk.lost:
@@ -223,8 +226,8 @@ class RemoteScope(ClosedByBlock):
             wanted = chunk.first + chunk.size
         return begin, b"".join(parts)
 
-    async def _chunk(self, number: int, deck: dict[str, Any], first: int) -> ScopeRows:
-        width = len(deck["channels"])
+    async def _chunk(self, number: int, group: dict[str, Any], first: int) -> ScopeRows:
+        width = len(group["channels"])
         length = max(_LONGEST_CHUNK, CHUNK.size + 8 * width)
         request = SAMPLES_REQUEST.pack(number, first)
         answer = await self._server.read_write_raw(
@@ -246,22 +249,22 @@ class RemoteScope(ClosedByBlock):
         return self.number
 
 
-def block_of(deck: dict[str, Any], first: int, rows: bytes) -> ScopeBlock:
-    """A block of a deck's rows, the first of which has that number."""
-    types = tuple(SCOPE_TYPES[each["type"]] for each in deck["channels"])
+def block_of(group: dict[str, Any], first: int, rows: bytes) -> ScopeBlock:
+    """Return a block of a group's rows; `first` is the number of the first row."""
+    types = tuple(SCOPE_TYPES[each["type"]] for each in group["channels"])
     channels = tuple(
         channel_of({key: each[key] for key in each if key not in ("lost", "length")})
-        for each in deck["channels"]
+        for each in group["channels"]
     )
     count = len(rows) // (8 * len(channels))
     return ScopeBlock(
-        begin_ns=deck["begin_ns"] + first * deck["step_ns"],
-        step_ns=deck["step_ns"],
+        begin_ns=group["begin_ns"] + first * group["step_ns"],
+        step_ns=group["step_ns"],
         channels=channels,
         types=types,
         lengths=tuple(
             count if each["length"] is None else min(max(each["length"] - first, 0), count)
-            for each in deck["channels"]
+            for each in group["channels"]
         ),
         rows=rows,
     )

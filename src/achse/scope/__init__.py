@@ -5,8 +5,8 @@ command line read its forms.
 """
 
 from achse.scope.channel import ScopeChannel, channel_of
+from achse.scope.channel_group import ScopeSource
 from achse.scope.data import ScopeBlock, ScopeData, ScopeTrack
-from achse.scope.deck import ScopeSource
 from achse.scope.definition import ScopeDefinition, definition_of, parse_definition
 from achse.scope.recorder import Recorder, ScopeState
 from achse.scope.trigger import TRIGGER_KINDS, ScopeTrigger, trigger_of

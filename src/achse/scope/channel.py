@@ -58,19 +58,21 @@ class ScopeChannel:
         }
         if self.scaled:
             optional |= {"scale": self.scale, "offset": self.offset}
-        found = {"name": self.name, "port": self.port, **place}
-        return found | {key: value for key, value in optional.items() if value or key == "offset"}
+        document = {"name": self.name, "port": self.port, **place}
+        return document | {
+            key: value for key, value in optional.items() if value or key == "offset"
+        }
 
 
-def channel_of(given: Any, key: str = "channel") -> ScopeChannel:
+def channel_of(document: Any, key: str = "channel") -> ScopeChannel:
     """A channel from words or from JSON; `key` names it in errors. Raises ScopeError."""
-    if isinstance(given, ScopeChannel):
-        return given
-    if isinstance(given, str):
-        return _of_words(given, key)
-    if not isinstance(given, dict):
-        raise ScopeError(f"{key}: expected words or an object, got {given!r:.80}")
-    return _of_document(given, key)
+    if isinstance(document, ScopeChannel):
+        return document
+    if isinstance(document, str):
+        return _of_words(document, key)
+    if not isinstance(document, dict):
+        raise ScopeError(f"{key}: expected words or an object, got {document!r:.80}")
+    return _of_document(document, key)
 
 
 def _of_words(words: str, key: str) -> ScopeChannel:
@@ -110,19 +112,19 @@ _KEYS = {
 }  # fmt: skip
 
 
-def _of_document(given: dict[str, Any], key: str) -> ScopeChannel:
-    unknown = sorted(set(given) - _KEYS)
+def _of_document(document: dict[str, Any], key: str) -> ScopeChannel:
+    unknown = sorted(set(document) - _KEYS)
     if unknown:
         raise ScopeError(
             f"{key}.{unknown[0]:.80}: no such key, there are {', '.join(sorted(_KEYS))}"
         )
-    symbol = _text(given, "symbol", key)
-    if bool(symbol) == ("index_group" in given):
+    symbol = _text(document, "symbol", key)
+    if bool(symbol) == ("index_group" in document):
         raise ScopeError(f"{key}: expected either a symbol or index_group and index_offset")
-    group = _whole(given.get("index_group", 0), 0, 0xFFFF_FFFF, f"{key}.index_group")
-    offset = _whole(given.get("index_offset", 0), 0, 0xFFFF_FFFF, f"{key}.index_offset")
-    port = _whole(given.get("port", 0), 0, 0xFFFF, f"{key}.port")
-    time = given.get("sample_time", 0)
+    group = _whole(document.get("index_group", 0), 0, 0xFFFF_FFFF, f"{key}.index_group")
+    offset = _whole(document.get("index_offset", 0), 0, 0xFFFF_FFFF, f"{key}.index_offset")
+    port = _whole(document.get("port", 0), 0, 0xFFFF, f"{key}.port")
+    time = document.get("sample_time", 0)
     if isinstance(time, str):
         sample_time_ns = nanoseconds(time, f"{key}.sample_time")
     else:
@@ -131,22 +133,22 @@ def _of_document(given: dict[str, Any], key: str) -> ScopeChannel:
             raise ScopeError(f"{key}.sample_time: expected seconds up to 3600, got {time!r:.80}")
         sample_time_ns = round(seconds * 1e9)
     return ScopeChannel(
-        name=_shown(_text(given, "name", key) or symbol or f"{port}:0x{group:X}:0x{offset:X}"),
+        name=_shown(_text(document, "name", key) or symbol or f"{port}:0x{group:X}:0x{offset:X}"),
         symbol=symbol,
         index_group=group,
         index_offset=offset,
         port=port,
-        type=_type_name(_text(given, "type", key), key),
+        type=_type_name(_text(document, "type", key), key),
         sample_time_ns=sample_time_ns,
-        scale=_number(given.get("scale", 1.0), f"{key}.scale"),
-        offset=_number(given.get("offset", 0.0), f"{key}.offset"),
-        unit=_shown(_text(given, "unit", key)),
-        comment=_shown(_text(given, "comment", key)),
+        scale=_number(document.get("scale", 1.0), f"{key}.scale"),
+        offset=_number(document.get("offset", 0.0), f"{key}.offset"),
+        unit=_shown(_text(document, "unit", key)),
+        comment=_shown(_text(document, "comment", key)),
     )
 
 
-def _text(given: dict[str, Any], name: str, key: str) -> str:
-    text = given.get(name, "")
+def _text(document: dict[str, Any], name: str, key: str) -> str:
+    text = document.get(name, "")
     if not isinstance(text, str) or len(text) > LONGEST_NAME:
         raise ScopeError(f"{key}.{name}: expected a text of up to {LONGEST_NAME}, got {text!r:.80}")
     return text.strip()
@@ -175,19 +177,19 @@ def _number(value: Any, key: str) -> float:
 def _type_name(text: str, key: str) -> str:
     if not text:
         return ""
-    found = type_of_words(text)
-    if found is None:
+    scope_type = type_of_words(text)
+    if scope_type is None:
         raise ScopeError(
             f"{key}.type: expected BIT, INT8 … UINT64, REAL32 or REAL64, got {text!r:.80}"
         )
-    return found.name
+    return scope_type.name
 
 
 def nanoseconds(text: str, key: str) -> int:
     """`2ms` and the like. Raises ScopeError."""
-    found = _TIME.fullmatch(text.strip())
+    match = _TIME.fullmatch(text.strip())
     try:
-        value = float(found[1]) * _UNITS_NS[found[2]] if found else math.nan
+        value = float(match[1]) * _UNITS_NS[match[2]] if match else math.nan
     except ValueError:
         value = math.nan
     if not 1 <= value <= _LONGEST_NS:

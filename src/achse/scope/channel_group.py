@@ -1,4 +1,4 @@
-"""A deck: the channels of a scope that share a sample time, and the ring of their samples.
+"""Channel group: the channels of a scope with one sample time, and the ring of their samples.
 
 A row of the ring is one moment: a word of 8 bytes for each channel. Rows are counted from the start
 of the recording, so a reader that comes late knows what it has missed.
@@ -41,7 +41,7 @@ class ScopeSource:
         return isinstance(self.read, MemoryCell)
 
 
-class DeckChannel:
+class GroupChannel:
     """A channel while it is recorded."""
 
     __slots__ = ("channel", "failure", "length", "read", "type")
@@ -71,12 +71,12 @@ def _nothing() -> bytes:
     return b""
 
 
-class Deck:
+class ChannelGroup:
     """Channels of one sample time. `compiled`: machine code reads what is in memory."""
 
     def __init__(
         self,
-        channels: Sequence[DeckChannel],
+        channels: Sequence[GroupChannel],
         step_ns: int,
         capacity: int,
         triggers: Sequence[ScopeTrigger],
@@ -94,7 +94,7 @@ class Deck:
         self.begin_ns = 0
         """Time of the first row."""
         self.end_count: int | None = None
-        """Rows after which this deck is done, once that is known."""
+        """Number of rows at which this group is complete; None while it is open."""
         self.triggers = len(triggers)
         self._compiled = compiled
         self._ring = (ctypes.c_int64 * (capacity * len(channels)))()
@@ -173,20 +173,20 @@ class Deck:
         begin = at = first
         most = max(_COPIED // self.row_bytes, 1)
         while at < end:
-            found, rows = self.rows(at, min(most, end - at))
-            found = min(found, end)
-            rows = rows[: (end - found) * self.row_bytes]
-            at = found + len(rows) // self.row_bytes
-            gone = self.oldest
-            if gone > found or found > begin + len(whole) // self.row_bytes:
+            begin_of_rows, rows = self.rows(at, min(most, end - at))
+            begin_of_rows = min(begin_of_rows, end)
+            rows = rows[: (end - begin_of_rows) * self.row_bytes]
+            at = begin_of_rows + len(rows) // self.row_bytes
+            oldest = self.oldest
+            if oldest > begin_of_rows or begin_of_rows > begin + len(whole) // self.row_bytes:
                 whole.clear()
-                begin = min(max(gone, found), at)
-                rows = rows[(begin - found) * self.row_bytes :]
+                begin = min(max(oldest, begin_of_rows), at)
+                rows = rows[(begin - begin_of_rows) * self.row_bytes :]
             whole += rows
         return begin, whole
 
     def lose(self, number: int, why: str) -> None:
-        """No more samples come from a channel: what it had is all there is."""
+        """End a channel: its samples so far are all that it has."""
         each = self.channels[number]
         if not each.failure:
             each.failure, each.length, each.read = why, self.count, _nothing

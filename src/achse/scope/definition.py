@@ -73,27 +73,27 @@ def parse_definition(text: bytes) -> ScopeDefinition:
     return definition_of(document)
 
 
-def definition_of(given: Mapping[str, Any]) -> ScopeDefinition:
+def definition_of(document: Mapping[str, Any]) -> ScopeDefinition:
     """A definition from its parts. Raises ScopeError."""
-    unknown = sorted(set(given) - set(_KEYS))
+    unknown = sorted(set(document) - set(_KEYS))
     if unknown:
         raise ScopeError(f"{unknown[0]:.80}: no such key, there are {', '.join(_KEYS)}")
-    name = given.get("name", "scope")
+    name = document.get("name", "scope")
     if not isinstance(name, str) or not name.strip() or len(name) > LONGEST_NAME:
         raise ScopeError(f"name: expected a text of up to {LONGEST_NAME}, got {name!r:.80}")
-    pretrigger = given.get("pretrigger", 0.0)
+    pretrigger = document.get("pretrigger", 0.0)
     if not _is_number(pretrigger) or not 0 <= pretrigger < 1:
         raise ScopeError(f"pretrigger: expected a share from 0 to below 1, got {pretrigger!r:.80}")
-    combine = given.get("combine", "any")
+    combine = document.get("combine", "any")
     if combine not in ("any", "all"):
         raise ScopeError(f"combine: expected any or all, got {combine!r:.80}")
     channels = [
         channel_of(each, f"channels[{number}]")
-        for number, each in enumerate(_items(given, "channels", MOST_CHANNELS), 1)
+        for number, each in enumerate(_items(document, "channels", MOST_CHANNELS), 1)
     ]
     triggers = [
         trigger_of(each, f"triggers[{number}]")
-        for number, each in enumerate(_items(given, "triggers", MOST_TRIGGERS), 1)
+        for number, each in enumerate(_items(document, "triggers", MOST_TRIGGERS), 1)
     ]
     names = [channel.name for channel in channels]
     there = set(names)
@@ -109,14 +109,14 @@ def definition_of(given: Mapping[str, Any]) -> ScopeDefinition:
         tuple(channels),
         tuple(triggers),
         " ".join(name.split()),
-        _length(given.get("record_length", DEFAULT_LENGTH), "record_length"),
+        _length(document.get("record_length", DEFAULT_LENGTH), "record_length"),
         float(pretrigger),
         combine,
     )
 
 
-def _items(given: Mapping[str, Any], key: str, most: int) -> Iterable[Any]:
-    items = given.get(key, ())
+def _items(document: Mapping[str, Any], key: str, most: int) -> Iterable[Any]:
+    items = document.get(key, ())
     if not isinstance(items, list | tuple):
         raise ScopeError(f"{key}: expected a list, got {items!r:.80}")
     if len(items) > most:
@@ -124,13 +124,13 @@ def _items(given: Mapping[str, Any], key: str, most: int) -> Iterable[Any]:
     return items
 
 
-def _length(given: Any, key: str) -> float:
-    if not _is_number(given) or not 0 < given <= LONGEST_RECORD:
-        raise ScopeError(f"{key}: expected seconds above 0, up to 3600, got {given!r:.80}")
-    return float(given)
+def _length(value: Any, key: str) -> float:
+    if not _is_number(value) or not 0 < value <= LONGEST_RECORD:
+        raise ScopeError(f"{key}: expected seconds above 0, up to 3600, got {value!r:.80}")
+    return float(value)
 
 
-def _is_number(given: Any) -> bool:
-    if isinstance(given, bool) or not isinstance(given, int | float):
+def _is_number(value: Any) -> bool:
+    if isinstance(value, bool) or not isinstance(value, int | float):
         return False
-    return isinstance(given, int) or math.isfinite(given)
+    return isinstance(value, int) or math.isfinite(value)

@@ -1,4 +1,4 @@
-"""Sampling as a kernel: the values of all channels of a deck into the next row of its ring.
+"""Sampling as a kernel: the values of all channels of a group into the next row of its ring.
 
 The same function runs as plain Python on a table of words and as machine code on all memory. Values
 of any size and place are words of 8 bytes in the ring; triggers compare whole numbers that have the

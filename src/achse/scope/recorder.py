@@ -9,8 +9,8 @@ from enum import IntEnum
 from typing import Any
 
 from achse.scope.channel import ScopeChannel
+from achse.scope.channel_group import ChannelGroup, GroupChannel, ScopeSource
 from achse.scope.data import ScopeBlock, ScopeData
-from achse.scope.deck import Deck, DeckChannel, ScopeSource
 from achse.scope.definition import ScopeDefinition
 from achse.scope.types import WORD, ScopeError
 
@@ -49,7 +49,7 @@ class Recorder:
         self.compiled = compiled
         """True if machine code takes the samples."""
         self._tick_ns = tick_ns
-        self.decks: tuple[Deck, ...] = ()
+        self.groups: tuple[ChannelGroup, ...] = ()
         self._selection: list[tuple[ScopeChannel, ScopeSource, int]] = []
         self._stale = False
         """True if symbols may have moved since the channels were bound."""
@@ -105,21 +105,21 @@ class Recorder:
 
     def start(self, now_ns: int) -> None:
         """Record from the next cycle on; what was recorded before is gone. Raises ScopeError."""
-        if self._stale or any(each.failure for deck in self.decks for each in deck.channels):
+        if self._stale or any(each.failure for group in self.groups for each in group.channels):
             self._find()
-        by_step: dict[int, list[DeckChannel]] = {}
+        by_step: dict[int, list[GroupChannel]] = {}
         for channel, source, step_ns in self._selection:
-            by_step.setdefault(step_ns, []).append(DeckChannel(channel, source))
-        decks = []
+            by_step.setdefault(step_ns, []).append(GroupChannel(channel, source))
+        groups = []
         for step_ns, channels in by_step.items():
             names = {each.channel.name for each in channels}
             triggers = [each for each in self.definition.triggers if each.channel in names]
-            deck = Deck(
+            group = ChannelGroup(
                 channels, step_ns, self._capacity(step_ns), triggers, compiled=self.compiled
             )
-            deck.start((now_ns // step_ns + 1) * step_ns)
-            decks.append(deck)
-        self.decks = tuple(decks)
+            group.start((now_ns // step_ns + 1) * step_ns)
+            groups.append(group)
+        self.groups = tuple(groups)
         self.state = ScopeState.RECORDING
         self.trigger_ns, self.begin_ns = None, now_ns
         self._look()
@@ -138,34 +138,34 @@ class Recorder:
     def sample(self, now_ns: int) -> None:
         """Take all samples that are due."""
         fired, step_ns = 0, 1
-        for deck in self.decks:
-            if deck.due_ns <= now_ns and not deck.done:
-                hits = deck.sample()
+        for group in self.groups:
+            if group.due_ns <= now_ns and not group.done:
+                hits = group.sample()
                 if hits:
                     fired += hits
-                    step_ns = max(step_ns, deck.step_ns)
+                    step_ns = max(step_ns, group.step_ns)
         if fired and self.state is ScopeState.RECORDING:
-            wanted = len(self.definition.triggers) if self.definition.combine == "all" else 1
-            if fired >= wanted:
+            needed = len(self.definition.triggers) if self.definition.combine == "all" else 1
+            if fired >= needed:
                 self._fire(now_ns, step_ns)
         self._look()
 
     def _fire(self, now_ns: int, step_ns: int) -> None:
-        """Let each deck end after the rest of the length, from its first sample at it on."""
+        """Let each group end after the rest of the length, counted from its first sample there."""
         length = self.definition.length_ns
         rest = max(length - round(length * self.definition.pretrigger), step_ns)
         self.trigger_ns = now_ns
         self.state = ScopeState.TRIGGERED
-        for deck in self.decks:
-            first = max(-(-(now_ns - deck.begin_ns) // deck.step_ns), 0)
-            deck.end_count = first + -(-rest // deck.step_ns)
+        for group in self.groups:
+            first = max(-(-(now_ns - group.begin_ns) // group.step_ns), 0)
+            group.end_count = first + -(-rest // group.step_ns)
         self._look()
 
     def _look(self) -> None:
         due: float = math.inf
-        for deck in self.decks:
-            if not deck.done and deck.due_ns < due:
-                due = deck.due_ns
+        for group in self.groups:
+            if not group.done and group.due_ns < due:
+                due = group.due_ns
         self.due_ns = due
         if due == math.inf and self.state is ScopeState.TRIGGERED:
             self.state = ScopeState.DONE
@@ -175,20 +175,20 @@ class Recorder:
         self._stale = True
         if not self.online or self.state is ScopeState.DONE:
             return
-        for deck in self.decks:
-            for number, each in enumerate(deck.channels):
+        for group in self.groups:
+            for number, each in enumerate(group.channels):
                 if each.failure:
                     continue
                 try:
                     source = self._bind(each.channel)
                 except ScopeError as gone:
-                    deck.lose(number, str(gone))
+                    group.lose(number, str(gone))
                     continue
                 if source.type != each.type:
-                    deck.lose(number, f"is a {source.type.name} now, was {each.type.name}")
+                    group.lose(number, f"is a {source.type.name} now, was {each.type.name}")
                 else:
                     each.read = source.read
-            deck.bind()
+            group.bind()
 
     # what there is -----------------------------------------------------------------------------
 
@@ -203,22 +203,24 @@ class Recorder:
         """
         trigger = None if self.trigger_ns is None else epoch_ns + self.trigger_ns
         name = self.definition.name
-        ends = [(deck, deck.oldest, deck.count) for deck in self.decks]
+        ends = [(group, group.oldest, group.count) for group in self.groups]
         return lambda: ScopeData(
-            name, tuple(_block(deck, first, end, epoch_ns) for deck, first, end in ends), trigger
+            name, tuple(_block(group, first, end, epoch_ns) for group, first, end in ends), trigger
         )
 
     @property
     def newest_ns(self) -> int:
         """Time of the newest sample, ns; without samples the start, 0 before it."""
-        taken = [deck.due_ns - deck.step_ns for deck in self.decks if deck.count]
-        return max(taken, default=self.begin_ns or 0)
+        times = [group.due_ns - group.step_ns for group in self.groups if group.count]
+        return max(times, default=self.begin_ns or 0)
 
     def progress(self) -> dict[str, Any]:
         """State and counts, for those who ask again and again."""
         return {
             "state": self.state.name.lower(),
-            "decks": [{"count": deck.count, "oldest": deck.oldest} for deck in self.decks],
+            "channel_groups": [
+                {"count": group.count, "oldest": group.oldest} for group in self.groups
+            ],
         }
 
     def facts(self) -> dict[str, Any]:
@@ -234,14 +236,14 @@ class Recorder:
             "combine": self.definition.combine,
             "triggers": [str(trigger) for trigger in self.definition.triggers],
             "ring_bytes": self.ring_bytes,
-            "decks": [
+            "channel_groups": [
                 {
-                    "step_ns": deck.step_ns,
-                    "begin_ns": deck.begin_ns,
-                    "capacity": deck.capacity,
-                    "count": deck.count,
-                    "end_count": deck.end_count,
-                    "oldest": deck.oldest,
+                    "step_ns": group.step_ns,
+                    "begin_ns": group.begin_ns,
+                    "capacity": group.capacity,
+                    "count": group.count,
+                    "end_count": group.end_count,
+                    "oldest": group.oldest,
                     "channels": [
                         {
                             **each.channel.document(),
@@ -249,27 +251,27 @@ class Recorder:
                             "lost": each.failure,
                             "length": each.length,
                         }
-                        for each in deck.channels
+                        for each in group.channels
                     ],
                 }
-                for deck in self.decks
+                for group in self.groups
             ],
             "channels": [channel.name for channel, _, _ in self._selection],
         }
 
 
-def _block(deck: Deck, first: int, end: int, epoch_ns: int) -> ScopeBlock:
-    """A copy of rows of a deck."""
-    first, rows = deck.copy(first, end)
-    count = len(rows) // deck.row_bytes
+def _block(group: ChannelGroup, first: int, end: int, epoch_ns: int) -> ScopeBlock:
+    """Return a copy of rows of a group."""
+    first, rows = group.copy(first, end)
+    count = len(rows) // group.row_bytes
     return ScopeBlock(
-        begin_ns=epoch_ns + deck.begin_ns + first * deck.step_ns,
-        step_ns=deck.step_ns,
-        channels=tuple(each.channel for each in deck.channels),
-        types=tuple(each.type for each in deck.channels),
+        begin_ns=epoch_ns + group.begin_ns + first * group.step_ns,
+        step_ns=group.step_ns,
+        channels=tuple(each.channel for each in group.channels),
+        types=tuple(each.type for each in group.channels),
         lengths=tuple(
             count if each.length is None else min(max(each.length - first, 0), count)
-            for each in deck.channels
+            for each in group.channels
         ),
         rows=rows,
     )

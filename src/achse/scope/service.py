@@ -1,4 +1,4 @@
-"""The scope's modern face, as devices serve it and clients ask for it: port, groups, words.
+"""Interface of the scope between devices and clients: port, index groups, words.
 
 Texts are UTF-8, what has structure is JSON; times are Unix time in ns.
 """
@@ -38,4 +38,5 @@ class ScopeCommand(StrEnum):
 
 
 SAMPLES_REQUEST = struct.Struct("<IQ")
-"""Numbers of the deck and of the first row; the answer is a chunk (`achse.scope.binary`)."""
+"""Numbers of the channel group and of the first row; the answer is a chunk
+(`achse.scope.binary`)."""

@@ -105,53 +105,53 @@ class ScopeTrigger:
         }
 
 
-def trigger_of(given: Any, key: str = "trigger") -> ScopeTrigger:
+def trigger_of(document: Any, key: str = "trigger") -> ScopeTrigger:
     """A trigger from words or from JSON; `key` names it in errors. Raises ScopeError."""
-    if isinstance(given, ScopeTrigger):
-        return given
-    if isinstance(given, str):
-        words = given.split()
+    if isinstance(document, ScopeTrigger):
+        return document
+    if isinstance(document, str):
+        words = document.split()
         at = next((n for n, word in enumerate(words) if n and word.lower() in TRIGGER_KINDS), 0)
         if not at:
             raise ScopeError(
                 f"{key}: expected CHANNEL KIND [LEVEL | LOW HIGH] with one of"
-                f" {', '.join(TRIGGER_KINDS)}, got {given!r:.80}"
+                f" {', '.join(TRIGGER_KINDS)}, got {document!r:.80}"
             )
         bounds = tuple(_bound(word, key) for word in words[at + 1 :])
         return _checked(" ".join(words[:at]), words[at].lower(), bounds, key)
-    if not isinstance(given, dict):
-        raise ScopeError(f"{key}: expected words or an object, got {given!r:.80}")
-    name, word = given.get("channel"), given.get("kind")
+    if not isinstance(document, dict):
+        raise ScopeError(f"{key}: expected words or an object, got {document!r:.80}")
+    name, word = document.get("channel"), document.get("kind")
     if not isinstance(name, str) or not 0 < len(name) <= LONGEST_NAME:
         raise ScopeError(f"{key}.channel: expected the name of a channel, got {name!r:.80}")
     if not isinstance(word, str) or word not in TRIGGER_KINDS:
         raise ScopeError(f"{key}.kind: expected {', '.join(TRIGGER_KINDS)}, got {word!r:.80}")
     names = _NAMES[TRIGGER_KINDS[word].bounds - 1]
-    unknown = sorted(set(given) - {"channel", "kind", *names})
+    unknown = sorted(set(document) - {"channel", "kind", *names})
     if unknown:
         raise ScopeError(f"{key}.{unknown[0]:.80}: {word} takes {', '.join(names)}")
     return _checked(
-        name, word, tuple(_bound(given[each], key) for each in names if each in given), key
+        name, word, tuple(_bound(document[each], key) for each in names if each in document), key
     )
 
 
 def _checked(channel: str, word: str, bounds: tuple[float, ...], key: str) -> ScopeTrigger:
-    wanted = TRIGGER_KINDS[word].bounds
-    if not bounds and wanted == 1:
+    count = TRIGGER_KINDS[word].bounds
+    if not bounds and count == 1:
         bounds = (_BOOL_LEVEL,)
-    if len(bounds) != wanted:
-        names = " and ".join(_NAMES[wanted - 1])
+    if len(bounds) != count:
+        names = " and ".join(_NAMES[count - 1])
         raise ScopeError(f"{key}: {word} takes {names}, got {len(bounds)} numbers")
     if bounds[0] > bounds[-1]:
         raise ScopeError(f"{key}: expected low up to high, got {bounds[0]:g} and {bounds[-1]:g}")
     return ScopeTrigger(channel, word, bounds)
 
 
-def _bound(given: Any, key: str) -> float:
+def _bound(value: Any, key: str) -> float:
     try:
-        number = float(given) if not isinstance(given, bool) else float(int(given))
+        number = float(value) if not isinstance(value, bool) else float(int(value))
     except (TypeError, ValueError, OverflowError):
         number = math.nan
     if not math.isfinite(number):
-        raise ScopeError(f"{key}: expected a finite number, got {given!r:.80}")
+        raise ScopeError(f"{key}: expected a finite number, got {value!r:.80}")
     return number

@@ -199,7 +199,7 @@ class SharedSampling:
             return ScopeData(name, ())
         rows = b"".join(each.rows for each in self._rows)
         count = sum(each.size for each in self._rows)
-        deck = {
+        group = {
             "begin_ns": self._rows[0].begin_ns,
             "step_ns": self.step_ns,
             "channels": [
@@ -207,7 +207,7 @@ class SharedSampling:
                 for channel, type in zip(self.channels, self.types, strict=True)
             ],
         }
-        return ScopeData(name, (block_of(deck, 0, rows),))
+        return ScopeData(name, (block_of(group, 0, rows),))
 
 
 Source = Callable[[SharedSampling], AsyncIterator[SampleRows]]
@@ -225,12 +225,12 @@ def from_scope(
                 sampler.channels, port=client.address.port, length=RING, name="browser"
             )
             remote = await stack.enter_async_context(scope_of(client, definition))
-            [deck] = (await remote.facts())["decks"]
-            types = [SCOPE_TYPES[each["type"]] for each in deck["channels"]]
-            step: int = deck["step_ns"]
-            sampler.known(types, step, deck["begin_ns"])
+            [group] = (await remote.facts())["channel_groups"]
+            types = [SCOPE_TYPES[each["type"]] for each in group["channels"]]
+            step: int = group["step_ns"]
+            sampler.known(types, step, group["begin_ns"])
             async for rows in remote.follow(sampler.poll):
-                begin = deck["begin_ns"] + rows.first * step
+                begin = group["begin_ns"] + rows.first * step
                 yield SampleRows(begin, rows.size, rows.rows, rows.lost > 0)
 
     return source

@@ -23,13 +23,13 @@ def test_peaks_of_long_recordings_are_seen() -> None:
 
 
 def test_the_live_picture_goes_on_with_the_rows() -> None:
-    deck = {
+    group = {
         "step_ns": 1_000_000,
         "begin_ns": 0,
         "channels": [{"name": "a", "symbol": "a", "type": "REAL64", "lost": "", "length": None}],
     }
     for live in (True, False):
-        picture = ScopePicture([deck], 2.0, live=live)
+        picture = ScopePicture([group], 2.0, live=live)
         rows = bytes(long_one([float(n % 50) for n in range(1000)]).blocks[0].rows)
         with picture:
             picture.add(ScopeRows(0, 1000, 0, rows, 0))

@@ -105,7 +105,7 @@ def test_online_and_offline(station: Station, scope: Any) -> None:
     assert online(scope) == 0
     scope.write(ROOT, 2, b"")
     state = json.loads(scope.read(ScopeGroup.SCOPES, 1, 100_000))
-    assert [deck["count"] for deck in state["decks"]] == [100, 20]
+    assert [group["count"] for group in state["channel_groups"]] == [100, 20]
 
 
 def test_a_trigger_works_only_online(station: Station, scope: Any, refused: Any) -> None:
@@ -135,7 +135,7 @@ def test_the_record_length_is_written_offline(station: Station, scope: Any, refu
         scope.put(VIEW_GROUP, LENGTH, "<d", 1.0)
     station.advance(2.0)
     state = json.loads(scope.read(ScopeGroup.SCOPES, 1, 100_000))
-    assert [deck["capacity"] for deck in state["decks"]] == [125, 25]
+    assert [group["capacity"] for group in state["channel_groups"]] == [125, 25]
 
 
 @pytest.mark.parametrize("name", [b"Test.dat", rb"D:\TwinCAT\Scope\Data\Test.dat" + b"\0"])
@@ -306,5 +306,5 @@ def test_progress_tells_counts_alone(station: Station, scope: Any) -> None:
     station.advance(0.1)
     assert command(scope, 1, "progress") == {
         "state": "recording",
-        "decks": [{"count": 50, "oldest": 0}, {"count": 10, "oldest": 0}],
+        "channel_groups": [{"count": 50, "oldest": 0}, {"count": 10, "oldest": 0}],
     }

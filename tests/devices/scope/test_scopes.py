@@ -177,7 +177,7 @@ def test_a_flood_leaves_the_others_alone(
         station.advance(1.0)
         station.router.unregister(bad.address.port)
     facts = json.loads(good.read(ScopeGroup.SCOPES, made["scope"], 100_000))
-    assert facts["decks"][0]["count"] == 300
+    assert facts["channel_groups"][0]["count"] == 300
     assert codes <= {0x716, 0x70A, 0x708}
     assert len(json.loads(good.read(ScopeGroup.SCOPES, 0, 100_000))) == 2
 
@@ -263,8 +263,8 @@ def test_any_order_of_any_clients_loses_no_sample(
         for each in scopes:
             start = began.get(each.number)
             if start is not None:
-                for deck in each.recorder.decks:
-                    assert deck.count == now // deck.step_ns - start // deck.step_ns
+                for group in each.recorder.groups:
+                    assert group.count == now // group.step_ns - start // group.step_ns
         assert len(scopes.clients) <= 3
     assert codes <= {0x712, 0x716}
 

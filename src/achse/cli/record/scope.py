@@ -114,34 +114,34 @@ async def _as_it_comes(remote: "RemoteScope", seconds: float | None) -> "tuple[S
     parts: dict[int, list[bytes]] = {}
     firsts: dict[int, int] = {}
     lost = 0
-    reached = [0] * len(facts["decks"])
+    reached = [0] * len(facts["channel_groups"])
     picture = _picture(facts, seconds)
     with contextlib.suppress(asyncio.CancelledError), picture:
         async for rows in remote.follow():
-            deck = facts["decks"][rows.deck]
-            firsts.setdefault(rows.deck, rows.first)
-            if rows.first > firsts[rows.deck] and rows.lost:
-                lost += rows.lost * len(deck["channels"])
-            parts.setdefault(rows.deck, []).append(rows.rows)
+            group = facts["channel_groups"][rows.group]
+            firsts.setdefault(rows.group, rows.first)
+            if rows.first > firsts[rows.group] and rows.lost:
+                lost += rows.lost * len(group["channels"])
+            parts.setdefault(rows.group, []).append(rows.rows)
             picture.add(rows)
-            reached[rows.deck] = (rows.first + rows.size) * deck["step_ns"]
+            reached[rows.group] = (rows.first + rows.size) * group["step_ns"]
             if seconds is not None and min(reached) >= seconds * 1e9:
                 break
     facts = await remote.stop()
     blocks = []
-    for number, deck in enumerate(facts["decks"]):
+    for number, group in enumerate(facts["channel_groups"]):
         whole = b"".join(parts.get(number, ()))
         if seconds is not None:
-            count = max(round(seconds * 1e9) // deck["step_ns"], 1)
-            whole = whole[: 8 * count * len(deck["channels"])]
-        blocks.append(block_of(deck, firsts.get(number, 0), whole))
+            count = max(round(seconds * 1e9) // group["step_ns"], 1)
+            whole = whole[: 8 * count * len(group["channels"])]
+        blocks.append(block_of(group, firsts.get(number, 0), whole))
     return ScopeData(facts["name"], tuple(blocks)), lost
 
 
 def _picture(facts: dict[str, Any], seconds: float | None) -> "ScopePicture":
     from achse.cli.record.scope_picture import ScopePicture
 
-    return ScopePicture(facts["decks"], seconds, live=on_terminal())
+    return ScopePicture(facts["channel_groups"], seconds, live=on_terminal())
 
 
 def _in_file(options: dict[str, Any]) -> bool:

@@ -47,16 +47,16 @@ def _thinned(track: "ScopeTrack") -> tuple[list[float], list[float]]:
 class ScopePicture:
     """Live picture of a recording; nothing without a terminal."""
 
-    def __init__(self, decks: list[dict[str, Any]], seconds: float | None, *, live: bool) -> None:
-        self._decks = decks
+    def __init__(self, groups: list[dict[str, Any]], seconds: float | None, *, live: bool) -> None:
+        self._groups = groups
         self._seconds = seconds
         self._is_live = live
         self._live: Live | None = None
         self._time = 0.0
         self._samples = 0
         self._curves: dict[tuple[int, int], deque[tuple[float, float]]] = {}
-        for number, deck in enumerate(decks):
-            for place in range(len(deck["channels"])):
+        for number, group in enumerate(groups):
+            for place in range(len(group["channels"])):
                 if len(self._curves) < PANELS:
                     self._curves[number, place] = deque(maxlen=POINTS)
 
@@ -82,15 +82,15 @@ class ScopePicture:
         from achse.client.scope import block_of
         from achse.scope.data import ScopeData
 
-        deck = self._decks[rows.deck]
-        self._samples += rows.size * len(deck["channels"])
-        self._time = max(self._time, (rows.first + rows.size) * deck["step_ns"] / 1e9)
+        group = self._groups[rows.group]
+        self._samples += rows.size * len(group["channels"])
+        self._time = max(self._time, (rows.first + rows.size) * group["step_ns"] / 1e9)
         if self._live is None:
             return
-        data = ScopeData("", (block_of(deck, rows.first, rows.rows),))
-        begin = rows.first * deck["step_ns"] / 1e9
+        data = ScopeData("", (block_of(group, rows.first, rows.rows),))
+        begin = rows.first * group["step_ns"] / 1e9
         for place, track in enumerate(data.tracks):
-            curve = self._curves.get((rows.deck, place))
+            curve = self._curves.get((rows.group, place))
             if curve is not None:
                 times, values = _thinned(track)
                 curve.extend((begin + t, value) for t, value in zip(times, values, strict=True))
@@ -104,7 +104,7 @@ class ScopePicture:
 
         lines: list[str] = []
         for (number, place), curve in self._curves.items():
-            channel = self._decks[number]["channels"][place]
+            channel = self._groups[number]["channels"][place]
             times, values = [time for time, _ in curve], [value for _, value in curve]
             lines += plot(times, [Panel(channel["name"], values)], height=5)
         told = f"{self._time:.1f} s, {self._samples} samples"

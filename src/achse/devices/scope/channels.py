@@ -54,12 +54,12 @@ class ScopeChannels:
         """Return the source of a channel's values. Raises ScopeError."""
         port = channel.port or self._port
         device = self._device(port, channel)
-        wanted = type_of_words(channel.type) if channel.type else None
+        expected = type_of_words(channel.type) if channel.type else None
         try:
             if channel.symbol:
-                source = self._symbol(device, port, channel, wanted)
+                source = self._symbol(device, port, channel, expected)
             else:
-                source = self._row(device, port, channel, wanted)
+                source = self._row(device, port, channel, expected)
             size = len(source.read())
         except DeviceError as refusal:
             raise ScopeError(f"{channel.name}: {refusal.context or refusal}") from None
@@ -91,33 +91,33 @@ class ScopeChannels:
         return rows
 
     def _symbol(
-        self, device: Device, port: int, channel: ScopeChannel, wanted: ScopeType | None
+        self, device: Device, port: int, channel: ScopeChannel, expected: ScopeType | None
     ) -> ScopeSource:
         if device.symbols is None:
             raise ScopeError(f"{channel.name}: the device at port {port} has no symbols")
-        found = device.symbols.source.resolve(channel.symbol)
-        if found is None:
+        symbol = device.symbols.source.resolve(channel.symbol)
+        if symbol is None:
             known = (entry.name for entry in decode_symbols(device.symbols.source.symbol_table()))
             near = did_you_mean(channel.symbol, known)
             raise ScopeError(f"{channel.name}: port {port} has no symbol {channel.symbol!r}{near}")
-        entry = SymbolEntry.decode(found.entry())
+        entry = SymbolEntry.decode(symbol.entry())
         if port in NC_PORTS:
             _check_scoped(channel, entry.index_group, entry.index_offset)
-        type = wanted or type_of_number(entry.adst)
-        if type is None or found.call is not None or found.size > 8:
+        type = expected or type_of_number(entry.adst)
+        if type is None or symbol.call is not None or symbol.size > 8:
             raise ScopeError(
                 f"{channel.name}: expected a number or a BOOL, {channel.symbol} is a"
                 f" {entry.type_name or 'method'}"
             )
-        return ScopeSource(found.read, type, device.task_cycle(found.context))
+        return ScopeSource(symbol.read, type, device.task_cycle(symbol.context))
 
     def _row(
-        self, device: Device, port: int, channel: ScopeChannel, wanted: ScopeType | None
+        self, device: Device, port: int, channel: ScopeChannel, expected: ScopeType | None
     ) -> ScopeSource:
         group, offset = channel.index_group, channel.index_offset
         if port in NC_PORTS:
             _check_scoped(channel, group, offset)
-        type = wanted or self._rows_of(device).type_at(group, offset)
+        type = expected or self._rows_of(device).type_at(group, offset)
         if type is None:
             raise ScopeError(
                 f"{channel.name}: expected a type ({', '.join(SCOPE_TYPES)}), the row has none"

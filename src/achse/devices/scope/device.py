@@ -83,8 +83,8 @@ class ScopeDevice(Device):
                     "samples",
                     read_write=self._samples,
                     last_offset=0xFFFF_FFFF,
-                    request="UINT32 deck, UINT64 first row",
-                    response="UINT32 deck, UINT32 rows, UINT64 first row, 8 bytes per sample",
+                    request="UINT32 group, UINT64 first row",
+                    response="UINT32 group, UINT32 rows, UINT64 first row, 8 bytes per sample",
                     description="Offset = number of the scope: as many rows as the asked length"
                     " has room for; the first is later if older ones are gone.",
                     source="achse",
@@ -146,7 +146,7 @@ class ScopeDevice(Device):
         """Write what was recorded to a file."""
         self.files.path(name)  # refuse before the work
         recorder = self.view.recorder
-        if not any(deck.count for deck in recorder.decks):
+        if not any(group.count for group in recorder.groups):
             raise DeviceError(ReturnCode.INVALID_STATE, "the view has recorded nothing")
         take = recorder.taking(self.epoch_of(self.view))
         self._beside(lambda: self.files.export(name, take()))
@@ -241,13 +241,15 @@ class ScopeDevice(Device):
                 ReturnCode.INVALID_SIZE, f"{SAMPLES_REQUEST.size} bytes, got {len(data)}"
             )
         place, first = SAMPLES_REQUEST.unpack(data)
-        decks = scope.recorder.decks
-        if place >= len(decks):
-            raise DeviceError(ReturnCode.NOT_FOUND, f"deck {place}, there are {len(decks)}")
-        deck = decks[place]
+        groups = scope.recorder.groups
+        if place >= len(groups):
+            raise DeviceError(
+                ReturnCode.NOT_FOUND, f"channel group {place}, there are {len(groups)}"
+            )
+        group = groups[place]
         room = max(min(length, _LARGEST_CHUNK) - CHUNK.size, 0)
-        first, rows = deck.rows(first, room // deck.row_bytes)
-        return encode_chunk(place, len(rows) // deck.row_bytes, first, rows)
+        first, rows = group.rows(first, room // group.row_bytes)
+        return encode_chunk(place, len(rows) // group.row_bytes, first, rows)
 
     # clients -------------------------------------------------------------------------------------
 

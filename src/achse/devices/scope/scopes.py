@@ -76,10 +76,10 @@ class ScopeServer:
 
     def __getitem__(self, number: int) -> NumberedScope:
         """The scope of that number; raises DeviceError 0x70C."""
-        found = self._scopes.get(number)
-        if found is None:
+        scope = self._scopes.get(number)
+        if scope is None:
             raise DeviceError(ReturnCode.NOT_FOUND, f"scope {number}")
-        return found
+        return scope
 
     # making and ending ---------------------------------------------------------------------------
 
@@ -117,8 +117,8 @@ class ScopeServer:
 
     def _keep(self, recorder: Recorder, owner: bytes, way: Endpoint | None) -> NumberedScope:
         self._last += 1
-        kept = self._scopes[self._last] = NumberedScope(self._last, recorder, owner, way)
-        return kept
+        scope = self._scopes[self._last] = NumberedScope(self._last, recorder, owner, way)
+        return scope
 
     def load(self, number: int, definition: ScopeDefinition) -> None:
         """Let a scope be another; it is offline then. Raises ScopeError, and stays as it is."""
@@ -181,7 +181,7 @@ class ScopeServer:
         """Refuse a start that takes more than the others have left."""
         recorder = scope.recorder
         others = [each.recorder for each in among if each is not scope]
-        used = sum(each.ring_bytes for each in others if each.decks)
+        used = sum(each.ring_bytes for each in others if each.groups)
         if used + recorder.ring_bytes > memory:
             raise DeviceError(
                 ReturnCode.DEVICE_NO_MEMORY,
@@ -238,7 +238,7 @@ class ScopeServer:
         for key in ("begin_ns", "trigger_ns"):
             if facts[key] is not None:
                 facts[key] += epoch_ns
-        for deck in facts["decks"]:
-            deck["begin_ns"] += epoch_ns
+        for group in facts["channel_groups"]:
+            group["begin_ns"] += epoch_ns
         owner = str(AmsAddress(scope.owner)) if len(scope.owner) == 8 else ""
         return {"number": scope.number, "owner": owner, **facts}
