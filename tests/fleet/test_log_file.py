@@ -22,7 +22,7 @@ def test_a_shortened_log_holds_the_last_lines_without_a_gap(
     """Whatever pieces the lines come in."""
     folder = tmp_path_factory.mktemp("log")
     kept = int(longest * share)
-    file = LogFile(folder / "process-1.log", longest=longest, kept=kept)
+    file = LogFile(folder / "process-1.log", longest=longest, retained=kept)
     whole = "".join(f"line {number}\n" for number in range(sum(cuts) // 7 + 1)).encode()
     at = 0
     for cut in cuts:
@@ -58,11 +58,13 @@ async def test_a_file_that_cannot_be_written_stops_nothing(
 
 
 def test_a_line_longer_than_all_is_cut(tmp_path: Path) -> None:
-    file = LogFile(tmp_path / "process-1.log", longest=5, kept=3)
+    file = LogFile(tmp_path / "process-1.log", longest=5, retained=3)
     file.append(b"0123456789")
     assert file.file.read_bytes() == b"789"
 
 
 def test_lengths_that_do_not_fit_are_refused(tmp_path: Path) -> None:
-    with pytest.raises(ValueError, match="expected 0 <= kept < longest, got kept 5 and longest 5"):
-        LogFile(tmp_path / "a.log", longest=5, kept=5)
+    with pytest.raises(
+        ValueError, match="expected 0 <= retained < longest, got retained 5 and longest 5"
+    ):
+        LogFile(tmp_path / "a.log", longest=5, retained=5)

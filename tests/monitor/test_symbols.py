@@ -130,7 +130,7 @@ def test_handles_with_and_without_type() -> None:
     known.learn_handle("A.x", struct.pack("<I", 7))
     known.learn_handle("A.y", struct.pack("<IIIH", 8, 2, 2, 3) + b"INT\0")
     known.learn_handle("A.z", b"\1")
-    assert [known.held(handle) for handle in (7, 8, 9)] == ["A.x", "A.y", ""]
+    assert [known.handle_name(handle) for handle in (7, 8, 9)] == ["A.x", "A.y", ""]
     assert (type_name(known, "A.x"), type_name(known, "A.y")) == ("", "INT")
 
 

@@ -271,11 +271,11 @@ class Adapter:
         path = source.get("path") if isinstance(source, dict) else None
         if isinstance(source, dict) and source.get("sourceReference"):
             path = self._library_sources.get(source["sourceReference"], path)
-        wanted = arguments.get("breakpoints", [])
-        if not isinstance(path, str) or not isinstance(wanted, list):
+        requested = arguments.get("breakpoints", [])
+        if not isinstance(path, str) or not isinstance(requested, list):
             raise _Refused("source with a path, and a list of breakpoints")
         breaks = []
-        for one in wanted:
+        for one in requested:
             line = one.get("line") if isinstance(one, dict) else None
             if isinstance(line, bool) or not isinstance(line, int):
                 raise _Refused("a breakpoint has a line")
@@ -288,7 +288,7 @@ class Adapter:
                 }
             )
         self._client_paths[_real(path)] = path
-        found = await self._ask("set_breaks", path=path, breaks=breaks)
+        answer = await self._ask("set_breaks", path=path, breaks=breaks)
         return {
             "breakpoints": [
                 {
@@ -298,7 +298,7 @@ class Adapter:
                     "message": one["message"],
                     "source": source,
                 }
-                for one in found
+                for one in answer
             ]
         }
 
@@ -401,7 +401,7 @@ class Adapter:
         if reference is None:
             raise _Refused("no such variable now")
         if reference.path:
-            found = await self._ask(
+            variables = await self._ask(
                 "variables",
                 of=reference.path,
                 call=reference.call,
@@ -409,12 +409,12 @@ class Adapter:
                 count=_whole(arguments.get("count") or 500),
             )
         else:
-            found = await self._ask("variables", scope=reference.scope, call=reference.call)
-        return reference, found
+            variables = await self._ask("variables", scope=reference.scope, call=reference.call)
+        return reference, variables
 
     async def _variables(self, arguments: Arguments) -> Any:
-        reference, found = await self._parts(arguments.get("variablesReference"), arguments)
-        return {"variables": [self._variable(one, reference) for one in found]}
+        reference, variables = await self._parts(arguments.get("variablesReference"), arguments)
+        return {"variables": [self._variable(one, reference) for one in variables]}
 
     def _variable(self, one: Mapping[str, Any], reference: _Reference) -> dict[str, Any]:
         is_list = reference.scope == "lists"
@@ -455,8 +455,8 @@ class Adapter:
         name, value = arguments.get("name"), arguments.get("value")
         if not isinstance(name, str) or not isinstance(value, str):
             raise _Refused("name and value: texts")
-        reference, found = await self._parts(arguments.get("variablesReference"), {})
-        for one in found:
+        reference, variables = await self._parts(arguments.get("variablesReference"), {})
+        for one in variables:
             if one["name"] == name:
                 return self._changed(
                     await self._ask("set", target=one["path"], value=value, call=reference.call)

@@ -25,12 +25,12 @@ class DebugLink:
         """Return the service's answer. Raises `DebugRefused`, and AdsError for the connection."""
         request = json.dumps({"do": do, **fields}).encode()
         answer = await self._client.read_write_raw(DEBUG, self._plc, _LONGEST, request)
-        found = json.loads(answer)
-        if isinstance(found, dict) and "error" in found:
-            raise DebugRefused(str(found["error"]))
-        return found
+        reply = json.loads(answer)
+        if isinstance(reply, dict) and "error" in reply:
+            raise DebugRefused(str(reply["error"]))
+        return reply
 
     async def state(self) -> dict[str, Any]:
         """Return the state of the PLC."""
-        found: dict[str, Any] = await self.ask("state")
-        return found
+        state: dict[str, Any] = await self.ask("state")
+        return state

@@ -36,30 +36,30 @@ class FrameReader:
         Raises `DapFrameError`.
         """
         self._data += data
-        found: list[Any] = []
+        messages: list[Any] = []
         while True:
             if self._length is None:
                 end = self._data.find(_END)
                 if end < 0:
                     if len(self._data) > _LARGEST_HEAD:
                         raise DapFrameError(f"a head has at most {_LARGEST_HEAD} bytes")
-                    return found
+                    return messages
                 self._length = _length_of(bytes(self._data[:end]))
                 del self._data[: end + len(_END)]
             if len(self._data) < self._length:
-                return found
+                return messages
             body = bytes(self._data[: self._length])
             del self._data[: self._length]
             self._length = None
             try:
-                found.append(json.loads(body))
+                messages.append(json.loads(body))
             except (ValueError, RecursionError):
-                found.append(None)
+                messages.append(None)
 
 
 def _length_of(head: bytes) -> int:
     """Nothing but fields: what a web page makes a browser send is refused at its first line."""
-    found: int | None = None
+    length: int | None = None
     for line in head.split(b"\r\n"):
         field = _FIELD.fullmatch(line)
         if field is None:
@@ -69,7 +69,7 @@ def _length_of(head: bytes) -> int:
         text = field[2].strip()
         if not text.isdigit() or len(text) > 9 or int(text) > _LARGEST_BODY:
             raise DapFrameError(f"Content-Length: 0 to {_LARGEST_BODY}, got {text[:20]!r}")
-        found = int(text)
-    if found is None:
+        length = int(text)
+    if length is None:
         raise DapFrameError("a head without Content-Length")
-    return found
+    return length

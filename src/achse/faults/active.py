@@ -44,7 +44,7 @@ class Faults:
     def add(self, fault: StationFault | str, /, **fields: Any) -> ActiveFault:
         """Add a fault, or one of this kind with these fields; raises FaultError.
 
-        It begins before this returns unless `at` lies ahead.
+        It begins before this returns unless `at` is later.
         """
         if isinstance(fault, str):
             fault = STATION_FAULTS.of({"kind": fault, **fields})

@@ -60,7 +60,7 @@ class DriveFaults:
     def add(self, fault: DriveFault | str, /, **fields: Any) -> ActiveDriveFault:
         """Add a fault, or one of this kind with these fields; raises FaultError.
 
-        It begins before this returns unless `at` lies ahead.
+        It begins before this returns unless `at` is later.
         """
         if isinstance(fault, str):
             fault = DRIVE_FAULTS.of({"kind": fault, **fields})
@@ -109,15 +109,15 @@ class DriveFaults:
 
     def _same(self, active: ActiveDriveFault, slave: Slave | None) -> ActiveDriveFault | None:
         """The latest other fault at the same place of the slave."""
-        found = None
+        match = None
         for each in self._faults.values():
             if (
                 each is not active
                 and slave in each.undos
                 and each.fault.place == active.fault.place
             ):
-                found = each
-        return found
+                match = each
+        return match
 
     def _begin(self, active: ActiveDriveFault) -> None:
         fault = active.fault

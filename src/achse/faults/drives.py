@@ -32,7 +32,7 @@ class DriveFault(LastingFault):
 
     @property
     def meaning(self) -> object:
-        """Object that `code` stands for; None without a code."""
+        """Object that `code` names; None without a code."""
         return None
 
     @property
@@ -118,10 +118,10 @@ M = TypeVar("M")
 
 
 def _of(table: Mapping[str, M], code: str, expected: str) -> M:
-    found = table.get(code.upper())
-    if found is None:
+    member = table.get(code.upper())
+    if member is None:
         raise ValueError(f"code: expected {expected}; got {code!r}")
-    return found
+    return member
 
 
 class AlarmFault(SlaveFault):
@@ -304,7 +304,7 @@ class LoadTorque(SlaveFault):
 
 
 class Jam(SlaveFault):
-    """The machine is blocked where it stands."""
+    """The machine is blocked at its position."""
 
     kind: Literal["jam"] = "jam"
 

@@ -43,7 +43,7 @@ def seconds(text: str) -> float:
 def number(kind: type, least: float, most: float | None = None) -> PlainValidator:
     """A field's check: a number of `kind`, not a truth value, from `least` to `most`.
 
-    The value stays as it was given, so that it is told as it was given.
+    The value is stored as it was written, and shown so.
     """
 
     def check(value: object) -> object:
@@ -104,20 +104,22 @@ class Fault(BaseModel):
 
     def fields(self) -> dict[str, Any]:
         """Return the kind, and the fields that differ from their defaults, for JSON and TOML."""
-        given = {
+        values = {
             name: value
             for name, field in type(self).model_fields.items()
             if (value := getattr(self, name)) != field.default
         }
-        return {"kind": self.kind, **given}
+        return {"kind": self.kind, **values}
 
-    def told(self, name: str, value: Any) -> str:
+    def format_value(self, name: str, value: Any) -> str:
         """A field's value in words."""
         return str(value)
 
     def __str__(self) -> str:
-        given = self.fields().items()
-        fields = [f"{name}={self.told(name, value)}" for name, value in given if name != "kind"]
+        values = self.fields().items()
+        fields = [
+            f"{name}={self.format_value(name, value)}" for name, value in values if name != "kind"
+        ]
         return " ".join([self.kind, *fields])
 
 
@@ -172,8 +174,8 @@ class FaultKinds(Generic[F]):
 
     def parameters(self, kind: str) -> list[str]:
         """Everything a kind takes beside `kind` and `at`."""
-        taken = self.kinds[kind].model_fields.keys() - {"kind", "at"}
-        return [name for name in self._defaults if name in taken]
+        names = self.kinds[kind].model_fields.keys() - {"kind", "at"}
+        return [name for name in self._defaults if name in names]
 
     def types(self, kind: str) -> dict[str, str]:
         """The same with what JSON calls their types."""
@@ -201,13 +203,13 @@ class FaultKinds(Generic[F]):
                 f"kind: expected one of {', '.join(self.kinds)}; got {kind!r}"
                 f"{did_you_mean(kind, self.kinds)}"
             )
-        given = {
+        values = {
             name: value
             for name, value in fields.items()
             if value is not None and (name == "kind" or value != self._defaults[name])
         }
         try:
-            return self.kinds[kind].model_validate(given)
+            return self.kinds[kind].model_validate(values)
         except ValidationError as failure:
             raise FaultError(self._error_text(kind, failure)) from None
 

@@ -26,7 +26,7 @@ class _FrameKind(FrameFault, StationFault):
     def check(self, site: Site) -> None:
         client_test(self.client)
         if self.symbol:
-            self.found_symbol(site.target)
+            self.resolve_symbol(site.target)
 
     def begin(self, site: Site, active: ActiveFault) -> Undo:
         return site.fault_filter.begin(active, self, self.selection(site.target))
@@ -137,7 +137,7 @@ class Truncate(_SidedKind):
 
 
 class WrongInvokeId(_FrameKind):
-    """The answer has an invoke id nobody asked with."""
+    """The answer has an invoke id of no request."""
 
     kind: Literal["wrong_invoke_id"] = "wrong_invoke_id"
 
@@ -164,7 +164,7 @@ class Error(_FrameKind):
             return super().begin(site, active)
         selection: Selection = self.selection(site.target)
         if self.symbol:
-            device, symbol = self.found_symbol(site.target)
+            device, symbol = self.resolve_symbol(site.target)
             places = [
                 (device, group)
                 for group in (

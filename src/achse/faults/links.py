@@ -23,7 +23,7 @@ class DropLink(StationFault):
             for connection in list(listener.connections):
                 addresses = (*connection.registered, *connection.senders) or (b"",)
                 if any(is_client(address, connection.peer_host) for address in addresses):
-                    listener.loop.call_soon(connection.abort)  # who asked for it is answered
+                    listener.loop.call_soon(connection.abort)  # its request is answered first
 
 
 class RefuseLinks(LastingFault, StationFault):

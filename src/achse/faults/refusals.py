@@ -21,10 +21,10 @@ class Refusals:
 
     def add(self, refusal: "Refusal", places: Iterable[Place]) -> Undo:
         """Refuse at these places; the groups need not be there."""
-        kept = list(places)
-        for place in kept:
+        entry = list(places)
+        for place in entry:
             self._group(*place).refusals.append(refusal)
-        return lambda: self._allow(refusal, kept)
+        return lambda: self._allow(refusal, entry)
 
     def _group(self, device: Device, index_group: int) -> "_RefusingGroup":
         group = self._groups.get((device, index_group))

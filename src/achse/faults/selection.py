@@ -46,14 +46,14 @@ class RequestFault(CountedFault):
             raise ValueError("offset: needs a group")
         return self
 
-    def told(self, name: str, value: Any) -> str:
+    def format_value(self, name: str, value: Any) -> str:
         """A field's value in words: codes with their names, groups and offsets in hexadecimal."""
         if name == "code":
             row = code_of(value)
             return f"0x{value:X}" + (f" ({row.name})" if row else "")
         return f"0x{value:X}" if name in ("group", "offset") else str(value)
 
-    def found_symbol(self, target: FaultyStation) -> tuple[Device, ResolvedSymbol]:
+    def resolve_symbol(self, target: FaultyStation) -> tuple[Device, ResolvedSymbol]:
         """The variable, and the device that has it; raises FaultError."""
         for device in devices_at(self.port, target):
             if device.symbols is not None:
@@ -64,8 +64,8 @@ class RequestFault(CountedFault):
 
     def selection(self, target: FaultyStation) -> "Selection":
         """Return the selection of requests at the station as it is now; raises FaultError."""
-        found = self.found_symbol(target) if self.symbol else None
-        return Selection(self, None if found is None else _Touch(*found))
+        symbol = self.resolve_symbol(target) if self.symbol else None
+        return Selection(self, None if symbol is None else _Touch(*symbol))
 
 
 class Sided(CountedFault):

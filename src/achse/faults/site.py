@@ -60,17 +60,17 @@ class Site:
             for task in plc.tasks:
                 task.stretch = max(factors, default=1)
 
-    def plcs(self, wanted: int | None) -> list[tuple[PlcRuntime, Device]]:
-        """The PLC at a port, or all, each with its device; raises FaultError."""
-        found = [
+    def plcs(self, only: int | None) -> list[tuple[PlcRuntime, Device]]:
+        """Return the PLC at port `only`, or all, each with its device; raises FaultError."""
+        matches = [
             (plc, device)
             for port, plc in self.target.plcs.items()
-            for device in devices_at(wanted, self.target)
+            for device in devices_at(only, self.target)
             if any(address.port == port for address in device.addresses)
         ]
-        if not found:
+        if not matches:
             raise FaultError("port: expected that of a PLC of the station")
-        return found
+        return matches
 
 
 class StationFault(Fault):

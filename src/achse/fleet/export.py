@@ -141,11 +141,11 @@ def _probe(plan: FleetPlan) -> list[str] | None:
 
 def _written(plan: FleetPlan) -> list[str]:
     config = plan.station_config(1, alone=True)
-    found = {
+    files = {
         "system.persistent_data": config.system.persistent_data,
         "router.static_routes": config.router.static_routes,
     }
-    return [key for key, value in found.items() if value is not None]
+    return [key for key, value in files.items() if value is not None]
 
 
 def _only_its_files(plan: FleetPlan, number: int) -> None:

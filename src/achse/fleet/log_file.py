@@ -21,11 +21,13 @@ class LogFile:
     the file of before or the shortened file, both complete.
     """
 
-    def __init__(self, file: Path, *, longest: int = _LONGEST, kept: int = _KEPT) -> None:
-        if not 0 <= kept < longest:
-            raise ValueError(f"expected 0 <= kept < longest, got kept {kept} and longest {longest}")
+    def __init__(self, file: Path, *, longest: int = _LONGEST, retained: int = _KEPT) -> None:
+        if not 0 <= retained < longest:
+            raise ValueError(
+                f"expected 0 <= retained < longest, got retained {retained} and longest {longest}"
+            )
         self.file = file
-        self._longest, self._kept_bytes = longest, kept
+        self._longest, self._kept_bytes = longest, retained
         self._lock = threading.Lock()
         self._refused = False
 

@@ -60,14 +60,14 @@ class OrderPort:
 
     async def _answer(self, line: bytes) -> dict[str, Any]:
         try:
-            told = json.loads(line)
-            key, order = str(told.pop("key")), str(told.pop("order"))
+            message = json.loads(line)
+            key, order = str(message.pop("key")), str(message.pop("order"))
         except (ValueError, KeyError, AttributeError, TypeError, RecursionError):
             return {"error": "expected a JSON object with key and order"}
         if not hmac.compare_digest(key.encode(), self._key.encode()):
             return {"error": "the key is wrong"}
         try:
-            return {"answer": await self._carry(order, told)}
+            return {"answer": await self._carry(order, message)}
         except OrderError as fault:
             return {"error": str(fault)}
 
@@ -84,9 +84,9 @@ async def give_order(port: int, key: str, order: str, **details: Any) -> Any:
     finally:
         writer.close()
     try:
-        told = json.loads(line)
+        answer = json.loads(line)
     except ValueError:
         raise OrderError("the supervisor ended meanwhile") from None
-    if "error" in told:
-        raise OrderError(told["error"])
-    return told["answer"]
+    if "error" in answer:
+        raise OrderError(answer["error"])
+    return answer["answer"]

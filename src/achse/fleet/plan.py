@@ -133,8 +133,8 @@ class FleetPlan:
         try:
             config = FleetConfig.model_validate(document)
         except ValidationError as failure:
-            told = [_error_text(file, text, document, fault) for fault in failure.errors()]
-            raise ConfigError("\n".join(told)) from None
+            errors = [_error_text(file, text, document, fault) for fault in failure.errors()]
+            raise ConfigError("\n".join(errors)) from None
         template = file.parent / config.template
         try:
             station = _document(template, _read(template))

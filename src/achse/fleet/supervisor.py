@@ -156,8 +156,8 @@ class FleetSupervisor:
 
         Gives the stations that it concerned: those of the same process among them.
         """
-        wanted = set(numbers)
-        chosen = [each for each in self.processes if not wanted or wanted & set(each.numbers)]
+        requested = set(numbers)
+        chosen = [each for each in self.processes if not requested or requested & set(each.numbers)]
         for process in chosen:
             process.ready.clear()
             process.ordered = True
@@ -279,11 +279,11 @@ class FleetSupervisor:
 
     def _hear(self, process: FleetProcess, line: bytes, ready: set[int]) -> None:
         try:
-            told = json.loads(line)
-            number = told.pop("station")
-            if told.pop("event") == "ready":
+            message = json.loads(line)
+            number = message.pop("station")
+            if message.pop("event") == "ready":
                 ready.add(number)
-            process.reports.setdefault(number, {}).update(told)
+            process.reports.setdefault(number, {}).update(message)
         except (ValueError, KeyError, TypeError, AttributeError):
             log.info("process %d says %.200r", process.place + 1, line)
             return

@@ -151,7 +151,7 @@ class Target:
             self._enter(TargetState.UNREACHABLE, uplink.trouble)
 
     async def _refused(self) -> None:
-        """Register at the target, or tell what to do."""
+        """Register at the target, or log the steps for the user."""
         config, now = self.config, asyncio.get_running_loop().time()
         password = config.password or os.environ.get("ACHSE_PASSWORD", "")
         net_id = NetId(self._router.net_id)

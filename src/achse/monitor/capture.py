@@ -161,11 +161,11 @@ class _Stream:
     def receive(self, sequence: int, data: bytes) -> Iterator[Frame]:
         self._early[sequence] = data
         while self._connection is not None:
-            found = self._due()
-            if found is None:
+            frames = self._due()
+            if frames is None:
                 return
             try:
-                for event in self._connection.receive(found):
+                for event in self._connection.receive(frames):
                     if isinstance(event, Frame):
                         yield event
             except DecodeError:

@@ -122,9 +122,9 @@ class Decoder:
             yield self._samples(capture, frame)
         elif frame.is_response:
             key = (frame.target, frame.source, frame.invoke_id, frame.command, capture.peer)
-            asked = self._pending.pop(key, None)
-            if asked is not None:
-                yield self._exchange(asked, asked.frame, capture, frame)
+            captured = self._pending.pop(key, None)
+            if captured is not None:
+                yield self._exchange(captured, captured.frame, capture, frame)
         else:
             key = (frame.source, frame.target, frame.invoke_id, frame.command, capture.peer)
             self._pending[key] = capture
@@ -149,11 +149,11 @@ class Decoder:
         return self._made(capture, frame, None, 0, items)._replace(answered=False)
 
     def _exchange(
-        self, asked: Captured, request: Frame, answered: Captured, response: Frame
+        self, requested: Captured, request: Frame, answered: Captured, response: Frame
     ) -> Exchange:
         items = self._items(request, response)
         error = response.error or next((item.error for item in items if item.error), 0)
-        return self._made(asked, request, answered.time_ns - asked.time_ns, error, items)
+        return self._made(requested, request, answered.time_ns - requested.time_ns, error, items)
 
     def _made(
         self,
@@ -197,10 +197,10 @@ class Decoder:
             return Item(verb, 0, 0, "", "", 0)
         if response.error:
             return Item(verb, 0, 0, "", "", response.error)
-        asked, answer = decode_request(request), decode_response(response)
+        query, answer = decode_request(request), decode_response(response)
         value = ""
-        if isinstance(asked, WriteControlRequest):
-            value = f"{_state(asked.ads_state)}, device state {asked.device_state}"
+        if isinstance(query, WriteControlRequest):
+            value = f"{_state(query.ads_state)}, device state {query.device_state}"
         elif isinstance(answer, ReadStateResponse):
             value = f"{_state(answer.ads_state)}, device state {answer.device_state}"
         elif isinstance(answer, ReadDeviceInfoResponse):
@@ -240,8 +240,8 @@ class Decoder:
             name = f"{_service(row, group, offset)} {name}".strip()
         if group == ReservedGroup.RELEASE_SYMBOL_HANDLE and isinstance(part, WriteRequest):
             handle = int.from_bytes(part.data, "little")
-            held = self.names.symbols(device).held(handle) or f"0x{handle:X}"
-            verb, name, data = "release", f"handle of {held}", b""
+            known_name = self.names.symbols(device).handle_name(handle) or f"0x{handle:X}"
+            verb, name, data = "release", f"handle of {known_name}", b""
         value = self._value(device, group, symbol, data, layout) if data and not error else ""
         return Item(verb, group, offset, name, value, error)
 
@@ -253,7 +253,7 @@ class Decoder:
         group, offset = part.index_group, part.index_offset
         known = self.names.symbols(device)
         if group in (ReservedGroup.SYMBOL_VALUE_BY_HANDLE, ReservedGroup.SYMBOL_NOTIFICATION):
-            return known.held(offset)
+            return known.handle_name(offset)
         if group in NAMED:
             return known.text(part.data) if isinstance(part, ReadWriteRequest) else ""
         match part:

@@ -44,11 +44,11 @@ class Names:
 
     def _look_up(self, port: int, group: int, offset: int) -> RowFacts | None:
         rows = self._rows.get(port) or (self._rows.get(851, ()) if port in _PLC_PORTS else ())
-        for wanted in (offset, offset & ~_ELEMENTS):
+        for index in (offset, offset & ~_ELEMENTS):
             for row in rows:
                 if (
                     row.index_group <= group <= row.last_index_group
-                    and row.index_offset <= wanted <= row.last_index_offset
+                    and row.index_offset <= index <= row.last_index_offset
                 ):
                     return row
         return None

@@ -72,8 +72,8 @@ class RecordedDevice:
                     return Key(Command.WRITE, group, 0, data)
                 return Key(Command.WRITE, group, offset, name)
             case ReadWriteRequest(data=data):
-                asked = symbol_name(data) if group in NAMED else name + data
-                return Key(Command.READ_WRITE, group, offset, asked)
+                query = symbol_name(data) if group in NAMED else name + data
+                return Key(Command.READ_WRITE, group, offset, query)
             case AddNotificationRequest():
                 return Key(Command.ADD_NOTIFICATION, group, offset, name)
 
@@ -91,10 +91,10 @@ class Recording:
 
     def __init__(self, captures: Iterable[Captured]) -> None:
         self.captures = list(captures)
-        asked = Counter(
+        counts = Counter(
             frame.target[:6] for frame in self._frames(self.captures) if not frame.is_response
         )
-        most = asked.most_common(1)
+        most = counts.most_common(1)
         self.net_id = NetId(most[0][0]) if most else NetId("0.0.0.0.0.0")
         self.devices: dict[int, RecordedDevice] = {}
         self._read()
@@ -123,9 +123,9 @@ class Recording:
                     pending[frame.source, frame.target, frame.invoke_id, capture.peer] = capture
             else:
                 key = (frame.target, frame.source, frame.invoke_id, capture.peer)
-                asked = pending.pop(key, None)
-                if asked is not None:
-                    self._take(asked.frame, frame, capture.time_ns, watched)
+                captured = pending.pop(key, None)
+                if captured is not None:
+                    self._take(captured.frame, frame, capture.time_ns, watched)
 
     def _take(
         self,
@@ -230,15 +230,15 @@ def _learned(recording: Recording, rows: Mapping[int, Sequence[RowFacts]]) -> Na
 
 def _answers(recording: Recording, names: Names) -> dict[tuple[int, str], list[str]]:
     """By AMS port and text of what was asked: the distinct values in a row."""
-    found: dict[tuple[int, str], list[str]] = {}
+    answers: dict[tuple[int, str], list[str]] = {}
     decoder = Decoder(names)
     for capture in recording.captures:
         for exchange in decoder.see(capture):
             for what, value in _values(exchange):
-                values = found.setdefault((exchange.device.port, what), [])
+                values = answers.setdefault((exchange.device.port, what), [])
                 if not values or values[-1] != value:
                     values.append(value)
-    return found
+    return answers
 
 
 def _values(exchange: Exchange) -> Iterator[tuple[str, str]]:

@@ -183,7 +183,7 @@ class KnownSymbols:
         """A text of the device up to its NUL."""
         return raw.split(b"\0", 1)[0].decode(self._coding, "replace")
 
-    def held(self, handle: int) -> str:
+    def handle_name(self, handle: int) -> str:
         """The name behind a handle, empty if nobody said it."""
         return self._handles.get(handle, "")
 
@@ -192,9 +192,9 @@ class KnownSymbols:
         places = self._places.get(group)
         if places is None:
             return ""
-        found = places.get((offset, length))
-        if found is not None:
-            return found.name
+        name = places.get((offset, length))
+        if name is not None:
+            return name.name
         entries = self._in_order.get(group)
         if entries is None:
             entries = self._in_order[group] = sorted(places.values(), key=_place)
@@ -224,10 +224,10 @@ class KnownSymbols:
             type = self._types.symbol_type(self._entries[root])
             if not rest:
                 return type
-            found = locate(type, rest)
+            match = locate(type, rest)
         except IecError:
             return None
-        return None if found.method is not None else found.type
+        return None if match.method is not None else match.type
 
 
 def _offset(entry: SymbolEntry) -> int:

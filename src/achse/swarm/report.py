@@ -16,7 +16,7 @@ def commit() -> str:
     """Return the commit of this source, or the version where there is no git."""
     folder = Path(__file__).parent
     try:
-        found = subprocess.run(
+        result = subprocess.run(
             ["git", "-C", str(folder), "rev-parse", "--short=12", "HEAD"],
             capture_output=True,
             text=True,
@@ -25,7 +25,7 @@ def commit() -> str:
         )
     except (OSError, subprocess.SubprocessError):
         return version("achse")
-    return found.stdout.strip()
+    return result.stdout.strip()
 
 
 def failure_lines(

@@ -46,7 +46,7 @@ def check_released(station: Station, report: Report) -> None:
     """Check that nothing is held, some time after the last client has left."""
     figures = station.statistics()
     limits = station.config.limits.limits()
-    held: dict[str, int] = {
+    counts: dict[str, int] = {
         "connections": figures["connections"],
         "queued bytes of connections": figures["queued_bytes"],
         "held bytes": figures["held_bytes"],
@@ -58,16 +58,16 @@ def check_released(station: Station, report: Report) -> None:
             0, sum(each["handles"] for each in figures["devices"]) - limits.abandoned_handles
         ),
     }
-    for what, value in held.items():
+    for what, value in counts.items():
         if value:
             report("released", f"{what}: {value} after all clients have left, expected 0")
 
 
 def is_released(station: Station) -> bool:
     """Return True if nothing is held for clients now."""
-    held: list[str] = []
-    check_released(station, lambda name, what: held.append(what))
-    return not held
+    names: list[str] = []
+    check_released(station, lambda name, what: names.append(what))
+    return not names
 
 
 def check_flat(converse: Callable[[], None], report: Report) -> None:

@@ -131,8 +131,10 @@ class RouterScheduler:
 class RouterTransport:
     """Transport of a router's peer: the router's end of a link that it dialled."""
 
-    def __init__(self, scheduler: LinkScheduler, peer: Peer, lost: Callable[[], object]) -> None:
-        self._scheduler, self._peer, self._report_end = scheduler, peer, lost
+    def __init__(
+        self, scheduler: LinkScheduler, peer: Peer, report_end: Callable[[], object]
+    ) -> None:
+        self._scheduler, self._peer, self._report_end = scheduler, peer, report_end
         self.link: NetworkLink
         self.is_closed = False
 

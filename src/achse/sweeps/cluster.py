@@ -82,21 +82,23 @@ def sweep(
     if workers != 0 and scheduler is None:
         prepare_workers()
     loaded = Scenario.load(Path(scenario), function)
-    told = progress or (lambda _done, _all: None)
+    report = progress or (lambda _done, _all: None)
     with contextlib.ExitStack() as stack:
         store = None if file is None else stack.enter_context(SweepStore(Path(file), loaded, plan))
         rows = [] if store is None else store.begin()
         done = {int(row["run"]) for row in rows}
-        left = [run for run in plan if run.number not in done]
-        told(len(rows), len(plan))
+        remaining = [run for run in plan if run.number not in done]
+        report(len(rows), len(plan))
         count = workers or 1
-        if left:
-            count, played = stack.enter_context(_played(loaded, left, longest, workers, scheduler))
+        if remaining:
+            count, played = stack.enter_context(
+                _played(loaded, remaining, longest, workers, scheduler)
+            )
             for piece in played:
                 rows += piece
                 if store is not None:
                     store.add(piece)
-                told(len(rows), len(plan))
+                report(len(rows), len(plan))
         rows.sort(key=lambda row: int(row["run"]))
         if store is not None:
             store.finish(rows)
@@ -116,8 +118,8 @@ def _played(
     if workers == 0 and scheduler is None:
         yield 1, (play(scenario, piece, longest) for piece in _cut(runs, 1))
         return
-    with dask_workers(workers, scheduler) as found:
-        yield found.count, found.play(scenario, _cut(runs, found.count), longest)
+    with dask_workers(workers, scheduler) as client:
+        yield client.count, client.play(scenario, _cut(runs, client.count), longest)
 
 
 def _cut(runs: Sequence[Run], workers: int) -> list[Sequence[Run]]:

@@ -59,15 +59,15 @@ class _Watch:
     def _run(self, seconds: float) -> None:
         if self._ended.wait(seconds):
             return
-        left = _GRACE
+        remaining = _GRACE
         while not self._ended.wait(_AGAIN if self.fired else 0.0):
             with self._turn:
                 if self._ended.is_set():
                     return
                 self.fired = True
                 self._raise()
-            left -= _AGAIN
-            if left <= 0 and self._own_process:
+            remaining -= _AGAIN
+            if remaining <= 0 and self._own_process:
                 os._exit(_GONE)
 
     def end(self) -> None:

@@ -29,15 +29,15 @@ class SweepParameter(NamedTuple):
 
         Raises SweepError.
         """
-        name, equals, given = text.partition("=")
-        if not (equals and given and name.isidentifier()) or name == "seed":
+        name, equals, values = text.partition("=")
+        if not (equals and values and name.isidentifier()) or name == "seed":
             raise SweepError(
                 "a parameter is name=from:to:count or name=value,value,…, its name that of an"
                 f" argument other than seed; got {text!r:.80}"
             )
-        if given.count(":") == 2:
-            return cls(name, _between(text, *given.split(":")))
-        return cls(name, tuple(map(_value, given.split(","))))
+        if values.count(":") == 2:
+            return cls(name, _between(text, *values.split(":")))
+        return cls(name, tuple(map(_value, values.split(","))))
 
 
 def _between(text: str, begin: str, end: str, count: str) -> tuple[Value, ...]:

@@ -87,12 +87,12 @@ def play(
 
 def failed_row(run: Run, error: str, seconds: float = 0.0) -> Row:
     """The row of a run without results."""
-    told = error.encode("utf-8", "backslashreplace").decode()[:_LONGEST_ERROR]
+    message = error.encode("utf-8", "backslashreplace").decode()[:_LONGEST_ERROR]
     return {
         "run": run.number,
         **run.parameters,
         "seed": run.seed,
-        "error": told,
+        "error": message,
         "seconds": seconds,
     }
 
@@ -108,8 +108,8 @@ def _row(
     error = ""
     try:
         with within(longest, own_process=own_process):
-            found = function(**run.parameters, seed=run.seed)
-        row |= _results(found, row)
+            results = function(**run.parameters, seed=run.seed)
+        row |= _results(results, row)
     except RunTooLong:
         error = f"RunTooLong: more than {longest:g} s"
     except BaseException as fault:  # also what ends a program: here it ends this run
@@ -127,14 +127,14 @@ def _error_text(fault: BaseException) -> str:
         return type(fault).__name__
 
 
-def _results(found: Any, row: Row) -> Row:
+def _results(returned: Any, row: Row) -> Row:
     """Return the results of a run as plain numbers and texts. Raises SweepError."""
-    if not isinstance(found, Mapping):
-        raise SweepError(f"a run gives a dictionary of results, got {type(found).__name__}")
-    if len(found) > _MOST_RESULTS:
-        raise SweepError(f"a run gives {_MOST_RESULTS} results at most, got {len(found)}")
+    if not isinstance(returned, Mapping):
+        raise SweepError(f"a run gives a dictionary of results, got {type(returned).__name__}")
+    if len(returned) > _MOST_RESULTS:
+        raise SweepError(f"a run gives {_MOST_RESULTS} results at most, got {len(returned)}")
     results: Row = {}
-    for name, value in found.items():
+    for name, value in returned.items():
         if not isinstance(name, str) or name in row or name in RESERVED:
             raise SweepError(f"a result cannot be called {name!r:.80}")
         results[str.__str__(name)] = _plain(name, value)
@@ -160,8 +160,8 @@ def digest_of(rows: Sequence[Row]) -> str:
     """SHA-256 of all rows in their order, without how long they took: equal runs, equal digest."""
     summary = hashlib.sha256()
     for row in sorted(rows, key=lambda each: int(each["run"])):
-        kept = {name: _exact(value) for name, value in row.items() if name != "seconds"}
-        summary.update(repr(sorted((n, v) for n, v in kept.items() if v is not None)).encode())
+        values = {name: _exact(value) for name, value in row.items() if name != "seconds"}
+        summary.update(repr(sorted((n, v) for n, v in values.items() if v is not None)).encode())
     return summary.hexdigest()
 
 

@@ -46,11 +46,11 @@ class SweepStore:
     def __enter__(self) -> Self:
         """Raises SweepError if another sweep writes there, OSError."""
         self._parts.mkdir(parents=True, exist_ok=True)
-        held = (self._parts / _LOCK).open("a+", encoding="utf-8")
-        if not lock_file(held):
-            held.close()
+        lock = (self._parts / _LOCK).open("a+", encoding="utf-8")
+        if not lock_file(lock):
+            lock.close()
             raise SweepError(f"another sweep writes {self.file} now: name another file")
-        self._lock_file = held
+        self._lock_file = lock
         return self
 
     def __exit__(self, *_: object) -> None:

@@ -65,14 +65,14 @@ class Workers:
         import distributed
 
         as_completed: Any = distributed.as_completed
-        asked = {
+        tasks = {
             self._client.submit(
                 play, scenario, list(piece), longest, own_process=True, pure=False
             ): piece
             for piece in pieces
         }
-        for future in as_completed(list(asked)):
-            piece = asked.pop(future)
+        for future in as_completed(list(tasks)):
+            piece = tasks.pop(future)
             try:
                 rows: list[Row] = future.result()
             except distributed.KilledWorker:
@@ -81,8 +81,8 @@ class Workers:
             except SweepError:
                 raise
             except Exception as failure:
-                told = f"{type(failure).__name__}: {failure}"[:500]
-                raise SweepError(f"the workers cannot play this: {told}") from failure
+                message = f"{type(failure).__name__}: {failure}"[:500]
+                raise SweepError(f"the workers cannot play this: {message}") from failure
             finally:
                 future.release()
             yield rows

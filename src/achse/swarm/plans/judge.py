@@ -91,20 +91,20 @@ def walk(plan: JudgedPlan, ax: AxisFields, time: float) -> None:
     plan.p = plan.p0
     plan.v = plan.v0
     plan.a = plan.a0
-    left = time
+    remaining = time
     i = 0
-    while i < profile.count and left > 0.0:
+    while i < profile.count and remaining > 0.0:
         t = profile.time[i]
-        _step(plan, t if t < left else left, profile.jerk[i])
-        if left < t:
-            left = 0.0
+        _step(plan, t if t < remaining else remaining, profile.jerk[i])
+        if remaining < t:
+            remaining = 0.0
             break
-        left -= t
+        remaining -= t
         i += 1
     _note_running(plan, ax, i)
-    if left > 0.0:
+    if remaining > 0.0:
         if profile.end == TO_CONSTANT_VELOCITY:
-            plan.p += left * plan.v
+            plan.p += remaining * plan.v
         elif profile.end_velocity == 0.0:
             plan.v = 0.0
         plan.a = 0.0

@@ -104,9 +104,9 @@ class _Operator:
         self.call("new_end_position", self.draws.choice((1, 1, 2)), self.position())
 
     def new_dynamics(self) -> None:
-        given = self.dynamics()
-        if given[0]:
-            self.call("new_dynamics", *given)
+        dynamics = self.dynamics()
+        if dynamics[0]:
+            self.call("new_dynamics", *dynamics)
 
     def override(self) -> None:
         self.set("velocity_override", self.draws.choice(_OVERRIDES))

@@ -37,7 +37,7 @@ def shrink(
         world = _fewer_clients(world, try_world)
         acts = _fewer(
             world.acts,
-            lambda left, world=world: try_world(replace(world, acts=left)),  # type: ignore[misc]
+            lambda rest, world=world: try_world(replace(world, acts=rest)),  # type: ignore[misc]
         )
         world = replace(world, acts=acts)
         for simpler in _simpler(world):
@@ -52,9 +52,9 @@ def _fewer(parts: Sequence[T], fails: Callable[[Sequence[T]], bool]) -> Sequence
     while True:
         begin, removed = 0, False
         while begin < len(parts):
-            left = [*parts[:begin], *parts[begin + size :]]
-            if fails(left):
-                parts, removed = left, True
+            rest = [*parts[:begin], *parts[begin + size :]]
+            if fails(rest):
+                parts, removed = rest, True
             else:
                 begin += size
         if size == 1 and not removed:
