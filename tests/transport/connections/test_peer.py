@@ -151,7 +151,7 @@ def test_connections_of_one_host_leave_room_for_others(caplog: Any) -> None:
     assert len(station.connections) == 5
     assert other in station.connections
     assert station.refused == 4
-    assert caplog.text.count("as anyone who comes from 10.0.0.1 until") == 1
+    assert caplog.text.count("as all further clients from 10.0.0.1 until") == 1
     assert "max_connections_per_host is 4" in caplog.text
     for connection, _ in first[:4]:
         connection.abort()

@@ -195,7 +195,7 @@ async def test_a_partner_that_was_cut_off_is_asked_again() -> None:
         client = Client(press.router)
         client.ask(PANEL, 1)
         await until(lambda: device.asked)
-        press._partners[PANEL].cut("it does not read what it asked for")
+        press._partners[PANEL].cut("it does not read its answers")
         await until(lambda: client.got)
         assert client.got[0].error == 7
         device.answers = True

@@ -471,12 +471,12 @@ async def test_the_log_is_not_flooded_by_refusals(caplog: pytest.LogCaptureFixtu
             assert await reader.read() == b""
             writer.close()
         assert caplog.text.count("is refused") == 1
-        assert "more since the last one told" not in caplog.text
+        assert "more since the last report" not in caplog.text
         until, others = listener._refusals_by_host["127.0.0.1"]
         assert others == 19
         listener._refusals_by_host["127.0.0.1"] = until - 60.0, others
         assert await refusal(listener, known()) == SecureRefusal.UNKNOWN_CERTIFICATE
-        assert "unknown certificate (19 more since the last one told)" in caplog.text
+        assert "unknown certificate (19 more since the last report)" in caplog.text
         for number in range(2000):
             listener.untold(f"10.0.{number // 256}.{number % 256}")
         assert len(listener._refusals_by_host) <= 1024

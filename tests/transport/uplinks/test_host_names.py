@@ -94,7 +94,7 @@ async def test_an_unknown_name_is_told_and_lets_nobody_in(
     routes = RouteTable([MILL])
     async with looking_up(routes, Names()) as looked_up:
         await looked_up.known(FOREVER)
-    assert "host mill.local of a route is unknown: nobody comes in by it" in caplog.text
+    assert "host mill.local of a route is unknown: its senders are refused" in caplog.text
     assert routes.admission(MILL.net_id, "10.0.0.3") is Admission.UNKNOWN
 
 
