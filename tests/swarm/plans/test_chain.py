@@ -8,7 +8,7 @@ from achse.codes.nc.choices import MotionPhase
 from achse.motion import AxisParameters, Nc
 from achse.motion.setpoints.dynamics import fastest
 from achse.swarm.plans.chain import command, draw_axis, expect
-from achse.swarm.plans.judge import PLAN
+from achse.swarm.plans.check import PLAN
 from achse.swarm.plans.numbers import DRAWS, begin_draws
 
 AXES = 300

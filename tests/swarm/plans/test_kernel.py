@@ -8,7 +8,7 @@ from achse.codes.axis import StartType
 from achse.motion.setpoints.jobs import set_request
 from achse.motion.setpoints.setpoint import begin_job
 from achse.swarm.plans import kernel
-from achse.swarm.plans.judge import SET_POINT
+from achse.swarm.plans.check import SET_POINT
 from achse.swarm.plans.player import PlanPlayer
 
 

@@ -81,7 +81,7 @@ def swarm(
     ] = False,
     plans: Annotated[
         bool,
-        typer.Option("--plans", help="Plan and judge moves alone, without cycles: millions each."),
+        typer.Option("--plans", help="Plan and check moves alone, without cycles: millions each."),
     ] = False,
     replay: Annotated[
         bool, typer.Option("--replay", help="Run one seed, and print its acts and its end.")

@@ -1,5 +1,5 @@
-"""Plans without cycles: commands on one axis, each planned and judged in machine code.
+"""Plans without cycles: commands on one axis, each planned and checked in machine code.
 
-Read `chain` first, the commands that are drawn for an axis; `judge` integrates what was planned,
+Read `chain` first, the commands that are drawn for an axis; `check` integrates the plans,
 `kernel` does both, `player` plays the chains of a seed.
 """

@@ -16,7 +16,7 @@ from achse.motion.setpoints.limits import adapt_limits
 from achse.motion.setpoints.planning import follow_override
 from achse.motion.setpoints.setpoint import begin_job, begin_stop, drop_job
 from achse.motion.setpoints.targets import look_ahead
-from achse.swarm.plans.judge import JudgedPlan
+from achse.swarm.plans.check import CheckedPlan
 from achse.swarm.plans.numbers import Draws, chance, decades, draw, one_of, uniform
 
 _FULL = 1_000_000
@@ -143,7 +143,7 @@ def _part(draws: Draws) -> float:
     return 1.0 if chance(draws, 0.5) else decades(draws, -1.5, 0.0)
 
 
-def _target(ax: AxisFields, draws: Draws, plan: JudgedPlan) -> float:
+def _target(ax: AxisFields, draws: Draws, plan: CheckedPlan) -> float:
     """Draw a target: by decades, here, or next to where the axis would come to rest."""
     kind = draw(draws)
     here = ax.set.position
@@ -164,7 +164,7 @@ def _target(ax: AxisFields, draws: Draws, plan: JudgedPlan) -> float:
     return target
 
 
-def command(ax: AxisFields, draws: Draws, plan: JudgedPlan) -> None:
+def command(ax: AxisFields, draws: Draws, plan: CheckedPlan) -> None:
     """Give the axis the next command; `plan` gets its target, if it has one."""
     kind = draw(draws)
     plan.low = ax.limits.low
@@ -188,7 +188,7 @@ def command(ax: AxisFields, draws: Draws, plan: JudgedPlan) -> None:
         follow_override(ax)
 
 
-def _disturb(ax: AxisFields, draws: Draws, plan: JudgedPlan) -> None:
+def _disturb(ax: AxisFields, draws: Draws, plan: CheckedPlan) -> None:
     """Change what holds for the command at work: override, soft limits, maximum velocity."""
     kind = draw(draws)
     if kind < 0.7:
@@ -205,7 +205,7 @@ def _disturb(ax: AxisFields, draws: Draws, plan: JudgedPlan) -> None:
         ax.profile.replan = 1
 
 
-def _start(ax: AxisFields, draws: Draws, plan: JudgedPlan) -> None:
+def _start(ax: AxisFields, draws: Draws, plan: CheckedPlan) -> None:
     if chance(draws, 0.7):
         ax.velocity_override = _FULL
     ax.command_counter = ax.command_counter + 1 & 0xFFFF
@@ -266,7 +266,7 @@ def _start(ax: AxisFields, draws: Draws, plan: JudgedPlan) -> None:
 def _queue(
     ax: AxisFields,
     draws: Draws,
-    plan: JudgedPlan,
+    plan: CheckedPlan,
     velocity: float,
     rise: float,
     fall: float,
@@ -333,7 +333,7 @@ def _modulo_target(ax: AxisFields, start_type: int, position: float) -> float:
     return here + behind
 
 
-def expect(ax: AxisFields, plan: JudgedPlan) -> None:
+def expect(ax: AxisFields, plan: CheckedPlan) -> None:
     """Note what the command allows, before it is planned, or of a table that was just begun."""
     job = ax.job
     if ax.profile.replan:

@@ -1,4 +1,4 @@
-"""Chains of plans in one call: draw, plan, judge and walk on, as plain Python or as machine code.
+"""Chains of plans in one call: draw, plan, check and walk on, as plain Python or as machine code.
 
 Kernel source, in the language of `achse.native`.
 """
@@ -15,12 +15,12 @@ from achse.motion.setpoints.setpoint import follow_segment, generate
 from achse.native.compiled import Kernel
 from achse.native.declare import Slot, lay_out, within
 from achse.swarm.plans.chain import command, draw_axis, expect
-from achse.swarm.plans.judge import (
+from achse.swarm.plans.check import (
     PLAN,
     REFUSED,
     SET_POINT,
-    JudgedPlan,
-    judge,
+    CheckedPlan,
+    check,
     lose,
     walk,
 )
@@ -37,7 +37,7 @@ class ChainRun:
     """Progress of the chains of a seed, and the move that is wrong."""
 
     draws: Draws = within(DRAWS)
-    plan: JudgedPlan = within(PLAN)
+    plan: CheckedPlan = within(PLAN)
     moves: int = 0
     chain: int = 0
     move: int = 0
@@ -91,7 +91,7 @@ def play_chains(
 
 
 def _play_move(run: ChainRun, ax: AxisFields) -> int:
-    """Give a command, judge its plan, and walk on to the moment of the next one."""
+    """Give a command, check its plan, and walk on to the time of the next command."""
     if ax.profile.replan == 0:
         command(ax, run.draws, run.plan)
     if ax.profile.replan:
@@ -104,17 +104,17 @@ def _play_move(run: ChainRun, ax: AxisFields) -> int:
             generate(ax, _LEAST_TIME)
             lose(run.plan, ax)
             return REFUSED if ax.error_code else 0
-        verdict = _judge(run, ax)
+        verdict = _check(run, ax)
         if verdict != 0:
             return verdict
     return _walk_on(run, ax)
 
 
-def _judge(run: ChainRun, ax: AxisFields) -> int:
+def _check(run: ChainRun, ax: AxisFields) -> int:
     run.moves += 1
     if ax.limits.reached:
         run.unavoidable += 1
-    verdict = judge(run.plan, ax)
+    verdict = check(run.plan, ax)
     run.checksum = 0.5 * run.checksum + run.plan.total + run.plan.p
     return verdict
 
@@ -141,27 +141,27 @@ def _time(run: ChainRun, ax: AxisFields) -> float:
 def _walk_on(run: ChainRun, ax: AxisFields) -> int:
     """Let the axis go on for a time, and compare its set point with the integral.
 
-    It goes no farther than to the next command, whose plan is judged from there.
+    It goes no farther than to the next command, whose plan is checked from there.
     """
-    judged = run.plan
+    plan = run.plan
     profile = ax.profile
     time = _time(run, ax)
     passes = profile.end == TO_PAUSE or ax.loop.outward != 0
     passes = passes or (profile.end == TO_TARGET and profile.end_velocity > 0.0)
-    end = ax.border.time if ax.border.time >= 0.0 else judged.total - judged.at
+    end = ax.border.time if ax.border.time >= 0.0 else plan.total - plan.at
     if (passes or ax.border.time >= 0.0) and time > end:
         time = end
     if time <= 0.0:
         return 0
-    if judged.known == 0:
+    if plan.known == 0:
         generate(ax, time)
-        lose(judged, ax)
+        lose(plan, ax)
         return REFUSED if ax.error_code else 0
-    judged.at += time
-    walk(judged, ax, judged.at)
-    running = judged.running
-    p = judged.p
-    v = judged.v
+    plan.at += time
+    walk(plan, ax, plan.at)
+    running = plan.running
+    p = plan.p
+    v = plan.v
     known = profile.fastest
     profile.fastest = -1.0
     if not follow_segment(ax, time):
@@ -173,18 +173,18 @@ def _walk_on(run: ChainRun, ax: AxisFields) -> int:
         profile.fastest = known
         return _compare(run, ax, p, v, ax.set.position, ax.set.velocity)
     # another plan was made at the end of this one
-    judged.has_target = 0
+    plan.has_target = 0
     verdict = _compare(run, ax, p, v, profile.position, profile.velocity)
     if verdict != 0:
         return verdict
-    judged.running = running
+    plan.running = running
     if profile.index != 0 or profile.replan != 0:
-        lose(judged, ax)
+        lose(plan, ax)
         return 0
-    expect(ax, judged)
-    verdict = _judge(run, ax)
-    judged.at = profile.elapsed
-    walk(judged, ax, judged.at)
+    expect(ax, plan)
+    verdict = _check(run, ax)
+    plan.at = profile.elapsed
+    walk(plan, ax, plan.at)
     return verdict
 
 
@@ -195,13 +195,13 @@ def _compare(
 
     A time of months is rounded to more than a short ramp at its end takes.
     """
-    judged = run.plan
-    way = abs(judged.p0) + abs(p) + abs(ax.border.position)
-    speed = max(judged.highest, abs(judged.v0), abs(v))
-    strength = judged.rise + judged.fall + abs(judged.a0)
-    if abs(position - p) > 1e-9 * (way + speed * judged.at):
+    plan = run.plan
+    way = abs(plan.p0) + abs(p) + abs(ax.border.position)
+    speed = max(plan.highest, abs(plan.v0), abs(v))
+    strength = plan.rise + plan.fall + abs(plan.a0)
+    if abs(position - p) > 1e-9 * (way + speed * plan.at):
         return SET_POINT
-    if abs(velocity - v) > 1e-7 * (speed + strength * 1e-9) + strength * _ROUNDING * judged.at:
+    if abs(velocity - v) > 1e-7 * (speed + strength * 1e-9) + strength * _ROUNDING * plan.at:
         return SET_POINT
     return 0
 
@@ -209,6 +209,6 @@ def _compare(
 CHAINS = Kernel(
     "swarm-plans",
     play_chains,
-    {**MOTION.layouts, Draws: DRAWS, JudgedPlan: PLAN, ChainRun: RUN},
+    {**MOTION.layouts, Draws: DRAWS, CheckedPlan: PLAN, ChainRun: RUN},
 )
 """Called with rows and cycle time of an NC, the run, the seed and the numbers of chains."""

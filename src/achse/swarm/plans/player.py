@@ -8,7 +8,7 @@ from achse.motion import AxisParameters, Nc
 from achse.native.declare import pack
 from achse.native.memory import Rows, structure_of
 from achse.swarm.outcome import BrokenInvariant, WorldOutcome
-from achse.swarm.plans.judge import VERDICTS
+from achse.swarm.plans.check import VERDICTS
 from achse.swarm.plans.kernel import CHAINS, RUN, RunRows
 
 CHAINS_OF_A_SEED = 20_000

@@ -1,4 +1,4 @@
-"""Judgement of a plan: its segments are integrated and compared with what the command asked for.
+"""Check of a plan: its segments are integrated and compared with the command.
 
 Nothing here is computed by the formulas of the planner: a segment of constant jerk is walked by the
 means of its ends, extremes lie where acceleration or velocity are 0.
@@ -28,7 +28,7 @@ _TOLERANCE = 1e-6
 """Of a soft limit, in axis units, as the manual position tolerance of the axis allows."""
 
 
-class JudgedPlan:
+class CheckedPlan:
     """Limits and target of a command, and the state in which it came."""
 
     p0: float = 0.0
@@ -71,10 +71,10 @@ class JudgedPlan:
     """Time since the start of the plan."""
 
 
-PLAN = lay_out("judged plan", (JudgedPlan,), Slot)
+PLAN = lay_out("checked plan", (CheckedPlan,), Slot)
 
 
-def _step(plan: JudgedPlan, t: float, j: float) -> None:
+def _step(plan: CheckedPlan, t: float, j: float) -> None:
     """Walk `t` seconds of jerk `j`: mean acceleration, mean velocity, and the bow between."""
     b = plan.a + j * t
     if abs(b) <= 1e-11 * abs(plan.a):
@@ -85,7 +85,7 @@ def _step(plan: JudgedPlan, t: float, j: float) -> None:
     plan.a = b
 
 
-def walk(plan: JudgedPlan, ax: AxisFields, time: float) -> None:
+def walk(plan: CheckedPlan, ax: AxisFields, time: float) -> None:
     """Walk the segments for so long from the start of the plan; the last state goes on."""
     profile = ax.profile
     plan.p = plan.p0
@@ -110,7 +110,7 @@ def walk(plan: JudgedPlan, ax: AxisFields, time: float) -> None:
         plan.a = 0.0
 
 
-def _note_running(plan: JudgedPlan, ax: AxisFields, first: int) -> None:
+def _note_running(plan: CheckedPlan, ax: AxisFields, first: int) -> None:
     """Note the jerk of the first segment from there on that has one, else of the last segment."""
     profile = ax.profile
     if profile.count == 0:
@@ -121,7 +121,7 @@ def _note_running(plan: JudgedPlan, ax: AxisFields, first: int) -> None:
     plan.running = abs(profile.jerk[i if i < profile.count else profile.count - 1])
 
 
-def lose(plan: JudgedPlan, ax: AxisFields) -> None:
+def lose(plan: CheckedPlan, ax: AxisFields) -> None:
     """The axis follows a plan that was made within a walk: its start is not known."""
     plan.known = 0
     _note_running(plan, ax, ax.profile.index)
@@ -131,7 +131,7 @@ def _stops(ax: AxisFields) -> bool:
     return ax.set_motion_phase == MotionPhase.STOPPING
 
 
-def judge(plan: JudgedPlan, ax: AxisFields) -> int:
+def check(plan: CheckedPlan, ax: AxisFields) -> int:
     """Return the first invariant that the segments of the axis break, 0 if all hold."""
     profile = ax.profile
     count = profile.count
@@ -141,13 +141,13 @@ def judge(plan: JudgedPlan, ax: AxisFields) -> int:
         return START
     if profile.acceleration != plan.a0 or profile.index != 0:
         return START
-    code = _judge_segments(plan, ax)
+    code = _check_segments(plan, ax)
     if code != 0:
         return code
-    return _judge_end(plan, ax)
+    return _check_end(plan, ax)
 
 
-def _judge_segments(plan: JudgedPlan, ax: AxisFields) -> int:
+def _check_segments(plan: CheckedPlan, ax: AxisFields) -> int:
     profile = ax.profile
     if profile.end == TO_TARGET and profile.end_velocity > plan.highest:
         plan.highest = profile.end_velocity  # by a last ramp
@@ -242,7 +242,7 @@ def _judge_segments(plan: JudgedPlan, ax: AxisFields) -> int:
     return 0
 
 
-def _judge_end(plan: JudgedPlan, ax: AxisFields) -> int:
+def _check_end(plan: CheckedPlan, ax: AxisFields) -> int:
     profile = ax.profile
     scale = plan.highest
     speed = abs(plan.v0)

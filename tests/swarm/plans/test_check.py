@@ -1,4 +1,4 @@
-"""Judgement of a plan: what planted faults of the planner break, and what a walk comes to."""
+"""Check of a plan: what planted faults of the planner break, and what a walk comes to."""
 
 from collections.abc import Callable
 from typing import Any
@@ -8,7 +8,7 @@ import pytest
 from achse.motion import AxisParameters, Nc
 from achse.motion.setpoints import planning
 from achse.motion.setpoints.planning import TO_CONSTANT_VELOCITY
-from achse.swarm.plans.judge import PLAN, lose, walk
+from achse.swarm.plans.check import PLAN, lose, walk
 from achse.swarm.plans.player import PlanPlayer
 
 CHAINS = 400
