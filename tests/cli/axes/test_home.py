@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from achse.cli.axes.home import HomingJudge
+from achse.cli.axes.home import HomingOutcome
 from achse.cli.axes.move import ACTIVE_WITHIN
 from achse.cli.axes.nc import NcAxis
 from achse.codes import NcError
@@ -16,8 +16,8 @@ STANDING = StateBit.OPERATIONAL | StateBit.NOT_MOVING
 BUSY = StateBit.OPERATIONAL | StateBit.HAS_JOB | StateBit.HOMING_BUSY
 
 
-def judge() -> HomingJudge:
-    return HomingJudge(NcAxis(NOBODY, 1, "X", "mm"))
+def outcome() -> HomingOutcome:
+    return HomingOutcome(NcAxis(NOBODY, 1, "X", "mm"))
 
 
 def values(state: int, step: int = 0, **others: Any) -> dict[str, Any]:
@@ -31,55 +31,55 @@ def values(state: int, step: int = 0, **others: Any) -> dict[str, Any]:
 
 
 def test_homing_goes_on_through_its_steps() -> None:
-    homing = judge()
-    homing.see(0.0, values(STANDING | StateBit.HOMED), before=True)
-    homing.see(0.1, values(STANDING | StateBit.HOMED))
+    homing = outcome()
+    homing.add(0.0, values(STANDING | StateBit.HOMED), before=True)
+    homing.add(0.1, values(STANDING | StateBit.HOMED))
     for seconds, step in ((0.2, 2), (0.3, 2), (0.4, 3)):
-        homing.see(seconds, values(BUSY, step))
+        homing.add(seconds, values(BUSY, step))
         assert not homing.is_finished
-    homing.see(0.5, values(STANDING | StateBit.HOMED))
+    homing.add(0.5, values(STANDING | StateBit.HOMED))
     assert (homing.is_finished, homing.trouble, homing.target) == (True, None, 3.5)
     assert homing.steps == [(pytest.approx(0.1), "AWAIT_CAM"), (pytest.approx(0.3), "LEAVE_CAM")]
 
 
 def test_homing_that_ends_without_a_position() -> None:
-    homing = judge()
-    homing.see(0.1, values(BUSY, 2))
-    homing.see(0.2, values(STANDING))
+    homing = outcome()
+    homing.add(0.1, values(BUSY, 2))
+    homing.add(0.2, values(STANDING))
     assert homing.trouble == "X: homing ended at 3.5000 mm, the axis is not homed"
 
 
 def test_homing_that_never_begins() -> None:
-    homing = judge()
-    homing.see(0.1, values(STANDING))
-    homing.see(0.1 + ACTIVE_WITHIN, values(STANDING))
+    homing = outcome()
+    homing.add(0.1, values(STANDING))
+    homing.add(0.1 + ACTIVE_WITHIN, values(STANDING))
     assert homing.trouble is None
-    homing.see(0.2 + ACTIVE_WITHIN, values(STANDING))
+    homing.add(0.2 + ACTIVE_WITHIN, values(STANDING))
     assert homing.trouble is not None
 
 
 def test_an_error_and_an_interruption() -> None:
-    homing = judge()
-    homing.see(0.1, values(BUSY, 2))
-    homing.see(0.2, values(StateBit.ERROR, error_code=NcError.HOMING_CAM_NOT_FOUND.number))
+    homing = outcome()
+    homing.add(0.1, values(BUSY, 2))
+    homing.add(0.2, values(StateBit.ERROR, error_code=NcError.HOMING_CAM_NOT_FOUND.number))
     assert homing.trouble is not None
     assert "0x429C HOMING_CAM_NOT_FOUND" in homing.trouble
-    stopped = judge()
-    stopped.see(0.1, values(BUSY, 2))
+    stopped = outcome()
+    stopped.add(0.1, values(BUSY, 2))
     stopped.interrupted = True
-    stopped.see(0.2, values(StateBit.OPERATIONAL))
+    stopped.add(0.2, values(StateBit.OPERATIONAL))
     assert stopped.trouble is None
-    stopped.see(0.3, values(STANDING))
+    stopped.add(0.3, values(STANDING))
     assert stopped.trouble == "interrupted: X stopped at 3.5000 mm"
 
 
 def test_the_application_is_waited_for() -> None:
     asked = {"operation_mode_and_cycle": OperationModeBit.APPLICATION_REQUEST}
-    homing = judge()
-    homing.see(0.1, values(STANDING, **asked))
-    homing.see(60.0, values(STANDING, **asked))
+    homing = outcome()
+    homing.add(0.1, values(STANDING, **asked))
+    homing.add(60.0, values(STANDING, **asked))
     assert (homing.is_finished, homing.trouble) == (False, None)
-    homing.see(61.0, values(STANDING | StateBit.HOMED))
+    homing.add(61.0, values(STANDING | StateBit.HOMED))
     assert homing.is_finished
 
 

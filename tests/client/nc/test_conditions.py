@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from achse.client.nc import AxisFailed, AxisStatus, PlcOpenState
-from achse.client.nc.conditions import CONDITIONS, ConditionJudge, condition_of
+from achse.client.nc.conditions import CONDITIONS, ConditionCompletion, condition_of
 from achse.client.nc.services import CYCLIC, services
 from achse.codes.axis import StateBit
 
@@ -40,10 +40,10 @@ def test_states_bits_and_functions() -> None:
 
 def test_an_error_that_comes_meanwhile_ends_it_an_old_one_does_not() -> None:
     failed = replace(REST, error_code=0x4650)
-    judge = ConditionJudge("X", lambda status: False)
-    assert not judge.see(REST)
+    completion = ConditionCompletion("X", lambda status: False)
+    assert not completion.check(REST)
     with pytest.raises(AxisFailed, match="0x4650"):
-        judge.see(failed)
-    patient = ConditionJudge("X", lambda status: not status.failed)
-    assert not patient.see(failed)
-    assert patient.see(REST)
+        completion.check(failed)
+    patient = ConditionCompletion("X", lambda status: not status.failed)
+    assert not patient.check(failed)
+    assert patient.check(REST)

@@ -1,4 +1,4 @@
-"""The judges of commands, sample by sample."""
+"""Completions of commands, sample by sample."""
 
 from collections.abc import Iterable
 from dataclasses import replace
@@ -15,11 +15,11 @@ from achse.client.nc import (
     AxisTimeout,
 )
 from achse.client.nc.moves import (
-    CommandJudge,
-    EnableJudge,
-    MotionJudge,
-    ReferencingJudge,
-    RestJudge,
+    CommandCompletion,
+    Completion,
+    EnableCompletion,
+    HomingCompletion,
+    StandstillCompletion,
 )
 from achse.client.nc.services import CYCLIC, services
 from achse.codes.axis import MotionState, OperationModeBit, StateBit
@@ -31,9 +31,9 @@ REST = replace(
 BUSY = replace(REST, state_word=StateBit.OPERATIONAL | StateBit.HAS_JOB, target_position=100.0)
 
 
-def shown(judge: MotionJudge, samples: Iterable[AxisStatus]) -> bool:
+def shown(completion: Completion, samples: Iterable[AxisStatus]) -> bool:
     """Show samples, a hundredth of a second apart, until one ends it."""
-    return any(judge.see(replace(each, time=n / 100)) for n, each in enumerate(samples))
+    return any(completion.check(replace(each, time=n / 100)) for n, each in enumerate(samples))
 
 
 def moving(number: int = 8, steps: int = 10, **fields: Any) -> list[AxisStatus]:
@@ -45,8 +45,8 @@ def moving(number: int = 8, steps: int = 10, **fields: Any) -> list[AxisStatus]:
 
 def test_done_in_its_target() -> None:
     arrived = replace(REST, command_number=8, set_position=100.0, target_position=100.0)
-    assert shown(CommandJudge("X", 8), [REST, *moving(), arrived])
-    assert not shown(CommandJudge("X", 8), [REST, *moving()])
+    assert shown(CommandCompletion("X", 8), [REST, *moving(), arrived])
+    assert not shown(CommandCompletion("X", 8), [REST, *moving()])
 
 
 def test_it_has_to_settle_in_the_window() -> None:
@@ -55,9 +55,9 @@ def test_it_has_to_settle_in_the_window() -> None:
         REST, command_number=8, set_position=100.0, target_position=100.0, operation_mode=watched
     )
     with pytest.raises(AxisTimeout, match="not in its window"):
-        shown(CommandJudge("X", 8), [arrived] * 502)
+        shown(CommandCompletion("X", 8), [arrived] * 502)
     settled = replace(arrived, state_word=arrived.state_word | StateBit.IN_TARGET_POSITION)
-    assert shown(CommandJudge("X", 8), [arrived] * 400 + [settled])
+    assert shown(CommandCompletion("X", 8), [arrived] * 400 + [settled])
 
 
 @pytest.mark.parametrize(
@@ -74,83 +74,85 @@ def test_it_has_to_settle_in_the_window() -> None:
 def test_what_ends_a_move(end: dict[str, Any], error: type[AxisError]) -> None:
     last = replace(moving()[-1], **end)
     with pytest.raises(error) as caught:
-        shown(CommandJudge("X", 8), [REST, *moving(), last])
+        shown(CommandCompletion("X", 8), [REST, *moving(), last])
     assert caught.value.axis == "X"
 
 
 def test_a_command_that_does_not_become_active() -> None:
     with pytest.raises(AxisAborted) as caught:
-        shown(CommandJudge("X", 8), [REST] * 200)
+        shown(CommandCompletion("X", 8), [REST] * 200)
     assert caught.value.code == 0x4B60
-    assert not shown(CommandJudge("X", 8), [REST] * 100)
+    assert not shown(CommandCompletion("X", 8), [REST] * 100)
 
 
 def test_numbers_wrap() -> None:
     before = replace(REST, command_number=0xFFFF)
-    assert not shown(CommandJudge("X", 0), [before] * 50)
+    assert not shown(CommandCompletion("X", 0), [before] * 50)
     with pytest.raises(AxisAborted, match="took over"):
-        shown(CommandJudge("X", 0xFFFF), [replace(REST, command_number=0)])
+        shown(CommandCompletion("X", 0xFFFF), [replace(REST, command_number=0)])
 
 
 def test_it_waits_behind_others_as_long_as_they_move() -> None:
     others = [
         replace(BUSY, command_number=7, set_position=float(n), waiting=1) for n in range(3000)
     ]
-    assert not shown(CommandJudge("X", 8), others)
+    assert not shown(CommandCompletion("X", 8), others)
     with pytest.raises(AxisAborted):
-        shown(CommandJudge("X", 8), [*others, *[REST] * 200])
+        shown(CommandCompletion("X", 8), [*others, *[REST] * 200])
 
 
 def test_a_later_command_may_take_over_at_the_target() -> None:
     way = moving(steps=11, waiting=1)
     after = replace(BUSY, command_number=9, set_position=105.0, target_position=200.0)
-    assert shown(CommandJudge("X", 8, target=100.0), [*way, after])
+    assert shown(CommandCompletion("X", 8, target=100.0), [*way, after])
     early = replace(after, set_position=60.0)
     with pytest.raises(AxisAborted, match="command 9 took over"):
-        shown(CommandJudge("X", 8, target=100.0), [*way[:6], early])
+        shown(CommandCompletion("X", 8, target=100.0), [*way[:6], early])
 
 
 def test_an_endless_move_is_done_at_its_velocity() -> None:
-    judge = CommandJudge("X", 8, endless=True)
+    completion = CommandCompletion("X", 8, endless=True)
     cruising = replace(moving()[-1], motion_number=int(MotionState.CONSTANT_VELOCITY))
-    assert shown(judge, [*moving(motion_number=int(MotionState.ACCELERATING)), cruising])
+    assert shown(completion, [*moving(motion_number=int(MotionState.ACCELERATING)), cruising])
 
 
 def test_a_stop_is_done_at_rest() -> None:
     stopped = replace(
         REST, command_number=8, state_word=REST.state_word | StateBit.HAS_BEEN_STOPPED
     )
-    assert shown(CommandJudge("X", 8, stops=True), [*moving(), stopped])
-    assert shown(RestJudge("X"), [*moving(), stopped])
+    assert shown(CommandCompletion("X", 8, stops=True), [*moving(), stopped])
+    assert shown(StandstillCompletion("X"), [*moving(), stopped])
     with pytest.raises(AxisFailed):
         shown(
-            RestJudge("X"),
+            StandstillCompletion("X"),
             [replace(BUSY, state_word=int(StateBit.NOT_MOVING | StateBit.HAS_JOB), error_code=1)],
         )
 
 
-@pytest.mark.parametrize("judge", [CommandJudge("X", 8), RestJudge("X"), CommandJudge("X", 9)])
-def test_an_axis_that_has_a_job_and_stands_is_noticed(judge: MotionJudge) -> None:
+@pytest.mark.parametrize(
+    "judge", [CommandCompletion("X", 8), StandstillCompletion("X"), CommandCompletion("X", 9)]
+)
+def test_an_axis_that_has_a_job_and_stands_is_noticed(completion: Completion) -> None:
     stuck = replace(BUSY, command_number=8, motion_number=int(MotionState.OVERRIDE_ZERO))
     with pytest.raises(AxisTimeout, match="override is 0 %"):
-        shown(judge, [stuck] * 1010)
+        shown(completion, [stuck] * 1010)
 
 
 def test_enabling() -> None:
-    assert shown(EnableJudge("X"), [ZERO, REST, REST, REST])
-    assert not shown(EnableJudge("X"), [REST, REST, ZERO, REST, REST])
+    assert shown(EnableCompletion("X"), [ZERO, REST, REST, REST])
+    assert not shown(EnableCompletion("X"), [REST, REST, ZERO, REST, REST])
     with pytest.raises(AxisFailed):
-        shown(EnableJudge("X"), [ZERO, replace(ZERO, error_code=0x4655)])
+        shown(EnableCompletion("X"), [ZERO, replace(ZERO, error_code=0x4655)])
 
 
 def test_homing() -> None:
     busy = [replace(each, state_word=each.state_word | StateBit.HOMING_BUSY) for each in moving()]
     homed = replace(REST, state_word=REST.state_word | StateBit.HOMED)
-    assert shown(ReferencingJudge("X"), [homed, *busy, homed])
+    assert shown(HomingCompletion("X"), [homed, *busy, homed])
     with pytest.raises(AxisAborted, match="not homed"):
-        shown(ReferencingJudge("X"), [*busy, REST])
+        shown(HomingCompletion("X"), [*busy, REST])
     with pytest.raises(AxisAborted, match="not homed"):
-        shown(ReferencingJudge("X"), [REST] * 200)
+        shown(HomingCompletion("X"), [REST] * 200)
     asked = replace(REST, operation_mode=int(OperationModeBit.APPLICATION_REQUEST))
     with pytest.raises(AxisTimeout):
-        shown(ReferencingJudge("X"), [asked] * 1100)
+        shown(HomingCompletion("X"), [asked] * 1100)

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from math import inf
 from typing import Any, NamedTuple
 
-from achse.cli.axes.move import ACTIVE_WITHIN, Judge
+from achse.cli.axes.move import ACTIVE_WITHIN, CommandOutcome
 from achse.cli.axes.nc import NcAxis
 from achse.cli.output import decimal
 from achse.codes.axis import StateBit
@@ -21,13 +21,13 @@ class Excitation(NamedTuple):
     def endless(self) -> bool:
         return True
 
-    async def begin(self, axis: NcAxis) -> "ExcitationJudge":
+    async def begin(self, axis: NcAxis) -> "ExcitationOutcome":
         await axis.remote.call(self.function, *self.arguments)
-        return ExcitationJudge(axis, self.seconds)
+        return ExcitationOutcome(axis, self.seconds)
 
 
-class ExcitationJudge(Judge):
-    """The judge of an excitation: it ends by itself, or its time is over; done is it at rest."""
+class ExcitationOutcome(CommandOutcome):
+    """Outcome of an excitation: it ends by itself or with its time, and is done at standstill."""
 
     def __init__(self, axis: NcAxis, seconds: float) -> None:
         super().__init__(axis)
@@ -35,7 +35,7 @@ class ExcitationJudge(Judge):
         self._has_started = self._released = False
         self._accepted_at = inf
 
-    def see(self, seconds: float, values: Mapping[str, Any], *, before: bool = False) -> None:
+    def add(self, seconds: float, values: Mapping[str, Any], *, before: bool = False) -> None:
         state = values["state_dword"]
         going_on = bool(state & StateBit.HAS_JOB)
         self.target = values["actual_position"]

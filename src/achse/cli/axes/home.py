@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from math import inf
 from typing import Any
 
-from achse.cli.axes.move import ACTIVE_WITHIN, Judge
+from achse.cli.axes.move import ACTIVE_WITHIN, CommandOutcome
 from achse.cli.axes.nc import NcAxis
 from achse.cli.output import decimal
 from achse.codes.axis import HomingState, OperationModeBit, StateBit
@@ -15,20 +15,20 @@ class Homing:
 
     endless = True
 
-    async def begin(self, axis: NcAxis) -> "HomingJudge":
+    async def begin(self, axis: NcAxis) -> "HomingOutcome":
         await axis.remote.home(wait=False)
-        return HomingJudge(axis)
+        return HomingOutcome(axis)
 
 
-class HomingJudge(Judge):
-    """The judge of a homing, which the NC does, or asks the application to do."""
+class HomingOutcome(CommandOutcome):
+    """Outcome of a homing by the NC, or by the application at its request."""
 
     def __init__(self, axis: NcAxis) -> None:
         super().__init__(axis)
         self._has_started = False
         self._accepted_at = inf
 
-    def see(self, seconds: float, values: Mapping[str, Any], *, before: bool = False) -> None:
+    def add(self, seconds: float, values: Mapping[str, Any], *, before: bool = False) -> None:
         state, step = values["state_dword"], values["homing_state"]
         asked = values["operation_mode_and_cycle"] & OperationModeBit.APPLICATION_REQUEST
         going_on = bool(state & StateBit.HOMING_BUSY or asked)

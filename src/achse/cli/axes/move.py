@@ -1,4 +1,4 @@
-"""A move from its start to its end: commanded, followed sample by sample, and told."""
+"""A move from its start to its end: commanded, followed sample by sample, and reported."""
 
 import asyncio
 import contextlib
@@ -39,7 +39,7 @@ class Errand(Protocol):
     def endless(self) -> bool:
         """True if no target exists to measure progress by."""
 
-    async def begin(self, axis: NcAxis) -> "Judge":
+    async def begin(self, axis: NcAxis) -> "CommandOutcome":
         """Command it. Raises AdsError."""
 
 
@@ -57,8 +57,8 @@ class Order(NamedTuple):
     def endless(self) -> bool:
         return self.start_type in ENDLESS
 
-    async def begin(self, axis: NcAxis) -> "Verdict":
-        return Verdict(axis, self, await start(axis, self))
+    async def begin(self, axis: NcAxis) -> "MoveOutcome":
+        return MoveOutcome(axis, self, await start(axis, self))
 
 
 class Course(NamedTuple):
@@ -88,7 +88,8 @@ async def start(axis: NcAxis, order: Order) -> int:
 
 
 async def own_velocity(axis: NcAxis) -> tuple[float, str]:
-    """The velocity of a move that names none, and what it is: rapid traverse, up to the largest."""
+    """Return the velocity of a move that names none, and its name: rapid traverse or the
+    largest."""
     rapid = float(await axis.remote.parameters["rapid_traverse_velocity"])
     largest = float(await axis.remote.parameters["max_velocity"])
     if 0 < rapid <= largest:
@@ -96,23 +97,23 @@ async def own_velocity(axis: NcAxis) -> tuple[float, str]:
     return largest, "largest velocity"
 
 
-async def _started(axis: NcAxis, errand: Errand) -> "Judge":
-    """Command it. Cancelled meanwhile, it waits for the answer first: the axis may move."""
+async def _started(axis: NcAxis, errand: Errand) -> "CommandOutcome":
+    """Command it. If cancelled, wait for the answer first: the axis may move."""
     starting = asyncio.ensure_future(errand.begin(axis))
     try:
         return await asyncio.shield(starting)
     except asyncio.CancelledError:
-        verdict = await starting
-        await _interrupt(axis, verdict)
-        return verdict
+        outcome = await starting
+        await _interrupt(axis, outcome)
+        return outcome
 
 
-async def _interrupt(axis: NcAxis, verdict: "Judge") -> None:
-    """Take a cancellation as the wish to stop the axis."""
+async def _interrupt(axis: NcAxis, outcome: "CommandOutcome") -> None:
+    """Stop the axis after a cancellation."""
     task = asyncio.current_task()
     assert task is not None
     task.uncancel()
-    verdict.interrupted = True
+    outcome.interrupted = True
     await axis.remote.call("stop")
 
 
@@ -120,7 +121,7 @@ async def follow(axis: NcAxis, errand: Errand, sample_time: float) -> Course:
     """Command something and watch it until it is done, or something else ended it.
 
     A move to a target is done when the axis is in its window, an endless one when it has its
-    velocity. Cancelling stops the axis: the course then ends at rest and says so.
+    velocity. Cancelling stops the axis: the course then ends at standstill with that reason.
     """
     trace = Trace(axis.unit)
     progress = _Progress(axis, errand)  # its imports take time in which samples would queue
@@ -128,32 +129,32 @@ async def follow(axis: NcAxis, errand: Errand, sample_time: float) -> Course:
         with progress:
             first = await anext(samples)
             trace.add(first.filetime, axis.sample(first.value))
-            verdict = await _started(axis, errand)
+            outcome = await _started(axis, errand)
             before = samples.pending  # of a time at which the NC may not have known the command
-            while not verdict.is_finished and verdict.trouble is None:
+            while not outcome.is_finished and outcome.trouble is None:
                 try:
                     sample = await anext(samples)
                 except asyncio.CancelledError:
-                    if verdict.interrupted:
+                    if outcome.interrupted:
                         raise
-                    await _interrupt(axis, verdict)
+                    await _interrupt(axis, outcome)
                     continue
                 values = axis.sample(sample.value)
                 seconds = trace.add(sample.filetime, values)
-                verdict.see(seconds, values, before=before > 0)
-                if verdict.is_overdue:
-                    verdict.is_overdue = False
+                outcome.add(seconds, values, before=before > 0)
+                if outcome.is_overdue:
+                    outcome.is_overdue = False
                     await axis.remote.call("stop")
                 before -= 1
                 progress.show(seconds, values)
-        while verdict.is_finished and trace.times[-1] < seconds + AFTERWARDS:
+        while outcome.is_finished and trace.times[-1] < seconds + AFTERWARDS:
             sample = await anext(samples)
             trace.add(sample.filetime, axis.sample(sample.value))
-        took = seconds - verdict.began
-        return Course(trace, verdict.target, took, verdict.trouble, verdict.steps)
+        took = seconds - outcome.began
+        return Course(trace, outcome.target, took, outcome.trouble, outcome.steps)
 
 
-class Judge:
+class CommandOutcome:
     """Evaluation of the samples of a command: it goes on, is done, or is in trouble."""
 
     def __init__(self, axis: NcAxis, target: float = 0.0) -> None:
@@ -170,8 +171,8 @@ class Judge:
         """Time at which the command was last seen not yet active."""
         self.steps: list[tuple[float, str]] = []
 
-    def see(self, seconds: float, values: Mapping[str, Any], *, before: bool = False) -> None:
-        """Judge a sample, taken so many seconds after the first.
+    def add(self, seconds: float, values: Mapping[str, Any], *, before: bool = False) -> None:
+        """Evaluate a sample, taken so many seconds after the first.
 
         `before`: perhaps before the command was accepted. At many times the speed of the clock
         seconds pass between the command and its answer.
@@ -189,8 +190,8 @@ class Judge:
         return None
 
 
-class Verdict(Judge):
-    """The judge of a move."""
+class MoveOutcome(CommandOutcome):
+    """Outcome of a move."""
 
     def __init__(self, axis: NcAxis, order: Order, number: int) -> None:
         super().__init__(axis, order.position)
@@ -200,7 +201,7 @@ class Verdict(Judge):
         self._accepted_at = inf
         self._ended_at = inf
 
-    def see(self, seconds: float, values: Mapping[str, Any], *, before: bool = False) -> None:
+    def add(self, seconds: float, values: Mapping[str, Any], *, before: bool = False) -> None:
         state = values["state_dword"]
         here = f"{decimal(values['actual_position'])} {self.axis.unit}"
         active = values["set_command_number"] == self.number

@@ -10,9 +10,9 @@ from typing import Any, TypeVar
 
 from achse.ams import AdsError, DeviceError, RequestTimeout, RouterError
 from achse.client.nc.arguments import real, seconds
-from achse.client.nc.conditions import AxisCondition, ConditionJudge, condition_of
+from achse.client.nc.conditions import AxisCondition, ConditionCompletion, condition_of
 from achse.client.nc.errors import AxisError, AxisRefused, AxisTimeout
-from achse.client.nc.moves import MotionJudge, failure_of
+from achse.client.nc.moves import Completion, failure_of
 from achse.client.nc.parameters import AxisValues
 from achse.client.nc.samples import AxisTrace, StatusReader
 from achse.client.nc.services import CYCLIC, FUNCTIONS, PARAMETERS, STATES, NcService, named
@@ -221,22 +221,22 @@ class AxisAccess:
         `patience` of this computer's; raises `AxisTimeout`.
         """
         holds, words = condition_of(condition)
-        return await self.follow(ConditionJudge(str(self), holds), words, within, patience)
+        return await self.follow(ConditionCompletion(str(self), holds), words, within, patience)
 
     async def follow(
         self,
-        judge: MotionJudge,
+        completion: Completion,
         what: str,
         within: float | None = None,
         patience: float | None = None,
     ) -> AxisStatus:
-        """Show samples to a judge until it says that it is done; gives the last one."""
+        """Check samples until the completion is reached; return the last one."""
         limit, wall = seconds("within", within), seconds("patience", patience)
         scope = asyncio.timeout(wall)
         try:
             async with scope, self.trace(SAMPLE_TIME) as samples:
                 while (status := await samples.next()) is not None:
-                    if judge.see(status):
+                    if completion.check(status):
                         return status
                     if limit is not None and status.time >= limit:
                         raise AxisTimeout(

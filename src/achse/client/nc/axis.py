@@ -16,11 +16,11 @@ from achse.client.nc.arguments import buffer_mode, choice, real, seconds
 from achse.client.nc.couplings import AxisCouplings
 from achse.client.nc.errors import AxisDisabled, AxisRefused, AxisTimeout
 from achse.client.nc.moves import (
-    CommandJudge,
-    EnableJudge,
-    MotionJudge,
-    ReferencingJudge,
-    RestJudge,
+    CommandCompletion,
+    Completion,
+    EnableCompletion,
+    HomingCompletion,
+    StandstillCompletion,
 )
 from achse.client.nc.services import CYCLIC, named
 from achse.client.nc.status import AxisStatus
@@ -67,15 +67,15 @@ class Move:
     """A command that the NC accepted: its number, and how to wait for its end."""
 
     def __init__(
-        self, axis: "RemoteAxis", number: int | None, judge: Callable[[], MotionJudge]
+        self, axis: "RemoteAxis", number: int | None, completion: Callable[[], Completion]
     ) -> None:
         self.axis = axis
         self.number = number
         """The NC's number of the command; None for those that have none (homing, plain stops)."""
         self.status: AxisStatus | None = None
         """The sample that showed its end, None until `finished` has seen it."""
-        self.judge = judge
-        """Makes the judge of its samples."""
+        self.completion = completion
+        """Factory of the completion that checks its samples."""
 
     def __repr__(self) -> str:
         end = "" if self.status is None else f", ended at {self.status.position:.10g}"
@@ -91,7 +91,7 @@ class Move:
         `RequestTimeout`. The axis goes on after a time-out, and when the wait is cancelled.
         """
         if self.status is None:
-            self.status = await self.axis.follow(self.judge(), "its command", within, patience)
+            self.status = await self.axis.follow(self.completion(), "its command", within, patience)
         return self.status
 
 
@@ -132,7 +132,7 @@ class RemoteAxis(AxisCouplings):
                 limit_now = PLC_WRITES_WITHIN if limit is None else min(limit, PLC_WRITES_WITHIN)
                 try:
                     await self.follow(
-                        EnableJudge(str(self)), "being ready for operation", limit_now
+                        EnableCompletion(str(self)), "being ready for operation", limit_now
                     )
                     await self._check_enables(wanted)
                     return
@@ -322,7 +322,7 @@ class RemoteAxis(AxisCouplings):
             await self.call("stop")
         else:
             await self.call("parameterized_stop", *ramp)
-        move = Move(self, None, lambda: RestJudge(str(self)))
+        move = Move(self, None, lambda: StandstillCompletion(str(self)))
         return await self._followed(move, wait, within, patience)
 
     async def release(self) -> None:
@@ -340,7 +340,7 @@ class RemoteAxis(AxisCouplings):
         seconds("within", within)
         seconds("patience", patience)
         await self.call("home")
-        move = Move(self, None, lambda: ReferencingJudge(str(self)))
+        move = Move(self, None, lambda: HomingCompletion(str(self)))
         return await self._followed(move, wait, within, patience)
 
     async def jog(
@@ -365,10 +365,10 @@ class RemoteAxis(AxisCouplings):
         return move
 
     async def _pass(self, seconds: float, move: Move) -> None:
-        judge = move.judge()
+        completion = move.completion()
         async with self.trace(min(SAMPLE_TIME, max(seconds, 1e-3)), seconds) as samples:
             while (status := await samples.next()) is not None:
-                judge.see(status)
+                completion.check(status)
 
     # positions and tables ----------------------------------------------------------------------
 
@@ -436,10 +436,10 @@ class RemoteAxis(AxisCouplings):
     def _move(
         self, number: int, endless: bool = False, stops: bool = False, target: float | None = None
     ) -> Move:
-        def judge() -> MotionJudge:
-            return CommandJudge(str(self), number, endless=endless, stops=stops, target=target)
+        def completion() -> Completion:
+            return CommandCompletion(str(self), number, endless=endless, stops=stops, target=target)
 
-        return Move(self, number, judge)
+        return Move(self, number, completion)
 
     async def _followed(
         self, move: Move, wait: bool, within: float | None, patience: float | None

@@ -1,4 +1,4 @@
-"""Conditions to wait for at an axis: a word, a state, a bit of its status, or a test."""
+"""Conditions of an axis to wait for: a word, a state, a bit of its status, or a function."""
 
 import difflib
 from collections.abc import Callable
@@ -21,11 +21,11 @@ CONDITIONS: dict[str, Callable[[AxisStatus], bool]] = {
     "constant velocity": lambda status: status.has(StateBit.CONSTANT_VELOCITY),
     "failed": lambda status: status.failed,
 }
-"""The words; underscores count as spaces, case does not count."""
+"""Functions by condition word; underscores count as spaces, case does not count."""
 
 
 def condition_of(condition: AxisCondition) -> tuple[Callable[[AxisStatus], object], str]:
-    """The test of a condition, and what to call it. ValueError for an unknown word."""
+    """Return the function of a condition and its name. ValueError for an unknown word."""
     if isinstance(condition, StateBit):
         bit = condition
         return lambda status: status.has(bit), bit.name.lower().replace("_", " ")
@@ -44,20 +44,20 @@ def condition_of(condition: AxisCondition) -> tuple[Callable[[AxisStatus], objec
     raise ValueError(f"a condition is a word, a state, a bit or a function, got {condition!r:.60}")
 
 
-class ConditionJudge:
-    """Done when the condition holds; an error that comes meanwhile ends it."""
+class ConditionCompletion:
+    """Completion of a wait for a condition; a new error of the axis ends it."""
 
     def __init__(self, axis: str, holds: Callable[[AxisStatus], object]) -> None:
         self._axis = axis
         self._holds = holds
         self._failed: bool | None = None
 
-    def see(self, status: AxisStatus) -> bool:
+    def check(self, status: AxisStatus) -> bool:
         if self._holds(status):
             return True
         failure = failure_of(self._axis, status)
         if self._failed is None:
-            self._failed = failure is not None  # an old error may be what is to go away
+            self._failed = failure is not None  # the condition may be the end of an old error
         if failure is not None and not self._failed:
             raise failure
         return False

@@ -1,8 +1,8 @@
-"""A commanded move from its acceptance to its end: done, or ended by something else.
+"""Completion of a command: conditions that its samples fulfil, or errors that end it.
 
-The judges look at one sample of the axis after the other. They raise what ended the motion, answer
-True when it is done, and never wait for what cannot come: a command that does not become active, an
-axis that does not settle, one that has a job and does not move.
+A completion checks one sample of the axis after the other. It returns True when the command is
+done, raises the error that ended it, and raises AxisTimeout for a command that does not become
+active, an axis that does not settle, and an axis with a job that does not move.
 """
 
 from math import nan, ulp
@@ -23,22 +23,22 @@ STALLED_AFTER = 10.0
 """Seconds in which an axis with a job must have moved."""
 
 READY_SAMPLES = 3
-"""So many samples in a row must show that an axis is ready."""
+"""Number of successive samples in which an axis must be ready."""
 
 _NUMBERS = 1 << 16
 """Command numbers are counted in 16 bits."""
 
 
-class MotionJudge(Protocol):
-    """Says what a sample means for what was commanded."""
+class Completion(Protocol):
+    """Completion condition of a command."""
 
-    def see(self, status: AxisStatus) -> bool:
-        """True when it is done. Raises AxisError for what ended it."""
+    def check(self, status: AxisStatus) -> bool:
+        """Return True if the command is done; raises AxisError for its failure."""
         ...
 
 
 def failure_of(axis: str, status: AxisStatus) -> AxisFailed | None:
-    """The error of an axis that is in error."""
+    """Return the error of an axis that is in error."""
     if not status.failed:
         return None
     code = status.error_code or NcError.AXIS_NOT_READY.number
@@ -51,32 +51,32 @@ def _later(number: int, than: int) -> bool:
 
 
 class _Stall:
-    """Notices an axis that has a job and does not move."""
+    """Detector of an axis that has a job and does not move."""
 
     def __init__(self, axis: str) -> None:
         self._axis = axis
         self._position = nan
         self._since = 0.0
 
-    def see(self, status: AxisStatus, busy: bool) -> None:
+    def check(self, status: AxisStatus, busy: bool) -> None:
         if status.set_position != self._position or not busy:
             self._position, self._since = status.set_position, status.time
         elif status.time - self._since > STALLED_AFTER:
             override = status.motion_state == MotionState.OVERRIDE_ZERO
-            why = "its override is 0 %" if override else "it does not say why"
+            why = "its override is 0 %" if override else "reason unknown"
             raise AxisTimeout(
                 0,
                 self._axis,
-                f"has a command, but stands still at {status.position:.10g}"
+                f"has a command, but is at standstill at {status.position:.10g}"
                 f" for {STALLED_AFTER:g} s: {why}",
             )
 
 
-class CommandJudge:
-    """The judge of a command that has a number.
+class CommandCompletion:
+    """Completion of a command that has a number.
 
-    `endless`: it is done when it has its velocity. `stops`: coming to rest is what it is for.
-    `target`: where an absolute one goes to, None if not known.
+    `endless`: it is done when it has its velocity. `stops`: it is done at standstill. `target`:
+    target position of an absolute command, None if unknown.
     """
 
     def __init__(
@@ -97,11 +97,11 @@ class CommandJudge:
         self._before: AxisStatus | None = None
         self._was_active = False
         self._compensated = False
-        """A superposed motion leads elsewhere than the command alone."""
+        """True if a superposed motion has changed the end of the command."""
         self._idle_since: float | None = None
         self._ended_at: float | None = None
 
-    def see(self, status: AxisStatus) -> bool:
+    def check(self, status: AxisStatus) -> bool:
         failure = failure_of(self._axis, status)
         if failure is not None:
             raise failure
@@ -125,7 +125,7 @@ class CommandJudge:
             if status.motion_state == MotionState.CONSTANT_VELOCITY and self._endless:
                 return True
         if not (self._endless and status.has(StateBit.CONSTANT_VELOCITY)):
-            self._stall.see(status, status.has_job)
+            self._stall.check(status, status.has_job)
         return False
 
     def _at_rest(self, status: AxisStatus) -> bool:
@@ -158,7 +158,7 @@ class CommandJudge:
             raise self._aborted(status, f"command {status.command_number} took over")
         if status.has_job or status.waiting:
             self._idle_since = None
-            self._stall.see(status, status.has_job)
+            self._stall.check(status, status.has_job)
             return False
         if self._idle_since is None:
             self._idle_since = status.time
@@ -178,7 +178,7 @@ class CommandJudge:
             return False
         before = status if self._before is None else self._before
         low, high = sorted((before.set_position, status.set_position))
-        # The sample after the handover is beyond the border; the one before is not yet there.
+        # The sample after the handover is beyond the border, the sample before is not.
         near = low - _CLOSE <= self._target <= high + _CLOSE
         return near and (before.waiting > 0 or not self._was_active or not before.has_job)
 
@@ -187,11 +187,11 @@ class CommandJudge:
 
 
 _CLOSE = 1e-6
-"""Units of the axis; nearer than this is there."""
+"""Largest distance from the target of an axis that has reached it, units of the axis."""
 
 
-class EnableJudge:
-    """The judge of enabling: an axis in error does not get ready, and it has to stay ready.
+class EnableCompletion:
+    """Completion of enabling: the axis is ready and stays so; an error ends it.
 
     A PLC that is linked to the axis may take the enables away in its next cycle.
     """
@@ -200,7 +200,7 @@ class EnableJudge:
         self._axis = axis
         self._ready = 0
 
-    def see(self, status: AxisStatus) -> bool:
+    def check(self, status: AxisStatus) -> bool:
         failure = failure_of(self._axis, status)
         if failure is not None:
             raise failure
@@ -208,25 +208,25 @@ class EnableJudge:
         return self._ready >= READY_SAMPLES
 
 
-class RestJudge:
-    """The judge of a stop: done when nothing is at work and the set point stands."""
+class StandstillCompletion:
+    """Completion of a stop: no job, and the set point is at standstill."""
 
     def __init__(self, axis: str) -> None:
         self._axis = axis
         self._stall = _Stall(axis)
 
-    def see(self, status: AxisStatus) -> bool:
+    def check(self, status: AxisStatus) -> bool:
         if status.standstill and not status.has_job:
             return True
         failure = failure_of(self._axis, status)
         if failure is not None and status.standstill:
             raise failure
-        self._stall.see(status, status.has_job)
+        self._stall.check(status, status.has_job)
         return False
 
 
-class ReferencingJudge:
-    """The judge of a homing, which the NC does, or asks the application to do."""
+class HomingCompletion:
+    """Completion of a homing by the NC, or by the application at its request."""
 
     def __init__(self, axis: str) -> None:
         self._axis = axis
@@ -234,16 +234,16 @@ class ReferencingJudge:
         self._first: float | None = None
         self._stall = _Stall(axis)
 
-    def see(self, status: AxisStatus) -> bool:
+    def check(self, status: AxisStatus) -> bool:
         failure = failure_of(self._axis, status)
         if failure is not None:
             raise failure
-        going_on = status.has(StateBit.HOMING_BUSY) or status.application_request
+        is_busy = status.has(StateBit.HOMING_BUSY) or status.application_request
         if self._first is None:
             self._first = status.time
-        if going_on:
+        if is_busy:
             self._has_started = True
-            self._stall.see(status, busy=True)
+            self._stall.check(status, busy=True)
             return False
         if status.homed and (self._has_started or status.time > self._first):
             return True
