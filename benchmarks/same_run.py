@@ -162,14 +162,14 @@ def stations() -> Iterator[tuple[str, Station]]:
     task = {"cycle": "7ms", "programs": ["achse.station.demo:MAIN"]}
     slow = {"name": "Slow", "cycle": "17.5ms", "priority": 21, "programs": []}
     axes = [{"id": number, "name": f"A{number}"} for number in (1, 2, 3)]
-    for kernel in ("interpreted", "compiled"):
+    for code in ("plain", "machine"):
         document = {
-            "nc": {"cycle": "2ms", "kernel": kernel},
+            "nc": {"cycle": "2ms", "code": code},
             "axis": axes,
             "plc": [{"task": [task, slow], "globals": ["achse.station.demo:GVL"]}],
             "fault": [{"kind": "delay", "by": "5ms", "at": "100ms", "lasting": "300ms"}],
         }
-        yield f"odd cycles, {kernel}", Station(parse(document, "recorded"))
+        yield f"odd cycles, {code}", Station(parse(document, "recorded"))
     yield "axes only", Station(parse({"axis": axes, "nc": {"cycle": "1500us"}}, "recorded"))
     yield "nothing", Station(parse({}, "recorded"))
 

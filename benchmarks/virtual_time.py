@@ -96,8 +96,8 @@ def watch(port: int, net_id: str, ready: "multiprocessing.synchronize.Event") ->
 async def watched(seconds: float, moving: bool, compiled: bool) -> Clocks:
     """How fast with a client."""
     axes = [{"id": n, "name": f"A{n}"} for n in range(1, 5)]
-    kernel = "compiled" if compiled else "interpreted"
-    station = Station(parse({"axis": axes, "nc": {"cycle": "2ms", "kernel": kernel}}, "benchmark"))
+    code = "machine" if compiled else "plain"
+    station = Station(parse({"axis": axes, "nc": {"cycle": "2ms", "code": code}}, "benchmark"))
     if moving:
         move_all(station, range(1, 5))
     ready = multiprocessing.Event()
@@ -129,8 +129,8 @@ def main(seconds: float = 20.0, count: float = 5) -> None:
     for compiled in (False, True)[: 1 + compiler_installed()]:
         for name, moving in (("at rest", False), ("moving", True)):
             runs = [asyncio.run(watched(seconds, moving, compiled)) for _ in range(int(count))]
-            kernel = "compiled" if compiled else "plain"
-            print(f"  {kernel + ', ' + name:18} {median(runs)}")
+            code = "machine" if compiled else "plain"
+            print(f"  {code + ', ' + name:18} {median(runs)}")
 
 
 if __name__ == "__main__":

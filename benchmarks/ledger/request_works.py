@@ -203,7 +203,7 @@ def _watched(moving: bool, other_cycle_ns: int = 0) -> Call:
     from achse.transport.tcp.listener import TcpListener
 
     axes = [{"id": number, "name": f"A{number}"} for number in range(1, 5)]
-    configuration = {"axis": axes, "nc": {"cycle": "2ms", "kernel": "compiled"}}
+    configuration = {"axis": axes, "nc": {"cycle": "2ms", "code": "machine"}}
     station = Station(parse(configuration, "watched"))
     client = Requester(station)
     scheduler = Scheduler()

@@ -52,7 +52,7 @@ COMMANDS = {
     "docs --out {folder}/docs": (0,),
     "symbols --to -": (0,),
     "drive objects": (0,),
-    "drive serve --udp 127.0.0.1:0 --control none --interpreted --ordinary": (0,),
+    "drive serve --udp 127.0.0.1:0 --control none --code plain --ordinary": (0,),
     "fault list": (0,),
     "warmup": (0, 1),
     "scope record {folder}/a.csv MAIN.nCounter": (0, 1),

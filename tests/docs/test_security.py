@@ -128,7 +128,7 @@ def test_what_reaches_into_the_operating_system_is_refused(client_of: Any, refus
 async def test_a_stranger_does_as_he_likes() -> None:
     document: dict[str, Any] = {
         "axis": [AXIS],
-        "nc": {"kernel": "interpreted"},
+        "nc": {"code": "plain"},
         "plc": [{"globals": ["achse.station.demo:GVL"]}],
     }
     built = station(**document)

@@ -47,7 +47,7 @@ DOCUMENT: dict[str, Any] = {
     "bus": [{}],
     "axis": [{"id": 1, "name": "X"}, {"id": 2, "name": "Y"}],
     "drive": [{"axis": 1}, {"axis": 2}],
-    "nc": {"kernel": "interpreted"},
+    "nc": {"code": "plain"},
     "plc": [{"globals": ["achse.station.demo:GVL"]}],
     "camshaft": [{}],
     "channel": [{"id": 1, "name": "C"}],

@@ -23,7 +23,7 @@ code = "plain"
 
 MACHINE = """
 [nc]
-kernel = "interpreted"
+code = "plain"
 
 [[axis]]
 id = 1

@@ -295,15 +295,15 @@ def test_looking_changes_nothing(bench: Bench) -> None:
     assert bench.station.digest() == before
 
 
-@pytest.mark.parametrize("kernel", ["interpreted", "compiled"])
-def test_time_in_one_go_is_time_tick_by_tick(client_of: Any, kernel: str) -> None:
+@pytest.mark.parametrize("code", ["plain", "machine"])
+def test_time_in_one_go_is_time_tick_by_tick(client_of: Any, code: str) -> None:
     """What nobody is due for is passed over, and nobody sees a difference."""
     histories = []
     for leaps in (False, True):
         station = Station(
             parse(
                 {
-                    "nc": {"kernel": kernel},
+                    "nc": {"code": code},
                     "axis": [{"id": 1, "name": "A"}, {"id": 2, "name": "B"}],
                 },
                 "",

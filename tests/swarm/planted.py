@@ -252,9 +252,9 @@ def search(plant: Callable[[Patch], None], seeds: range) -> tuple[int, WorldOutc
         for seed in seeds:
             world = draw_world(seed)
             if plant is answer_that_is_drawn:
-                outcome = play_twice(world, ("interpreted", "interpreted"))
+                outcome = play_twice(world, ("plain", "plain"))
             else:
-                outcome = play(world, kernel="interpreted")
+                outcome = play(world, code="plain")
             used += outcome.cpu_s
             if outcome.violation is not None:
                 return seed, outcome, used

@@ -15,13 +15,13 @@ WORLD = draw_world(6)
 
 @pytest.fixture
 def life(tmp_path: Path) -> StationLife:
-    return StationLife(WORLD, tmp_path, MemoryDisk(), 5_000_000_000, "interpreted", (), print)
+    return StationLife(WORLD, tmp_path, MemoryDisk(), 5_000_000_000, "plain", (), print)
 
 
 @pytest.mark.parametrize("seed", range(10))
 def test_configuration_has_what_was_drawn(seed: int) -> None:
     world: World = draw_world(seed)
-    config = configuration(world, "interpreted")
+    config = configuration(world, "plain")
     assert [axis.name for axis in config.axis] == [part.name for part in world.all_axes]
     assert len(config.table) == len(world.cams)
     assert config.nc.cycle == world.cycle_ns

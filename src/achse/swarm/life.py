@@ -47,12 +47,12 @@ _ON_REQUESTS = frozenset(
 Report = Callable[[str, str], None]
 
 
-def configuration(world: World, kernel: str) -> StationConfig:
-    """Return the configuration of the station of a world; `kernel` is as in `[nc]`."""
+def configuration(world: World, code: str) -> StationConfig:
+    """Return the configuration of the station of a world; `code` is as in `[nc]`."""
     document: dict[str, Any] = {
         "router": {"net_id": NET_ID},
         "system": {"persistent_data": "kept.json", "restart_time": "200ms"},
-        "nc": {"cycle": f"{world.cycle_ns}ns", "kernel": kernel},
+        "nc": {"cycle": f"{world.cycle_ns}ns", "code": code},
         "limits": dict(world.limits),
         "axis": [
             {
@@ -120,7 +120,7 @@ class StationLife:
         folder: Path,
         disk: MemoryDisk,
         begun_ns: int,
-        kernel: str,
+        code: str,
         checks: Sequence[str],
         report: Report,
         *,
@@ -137,7 +137,7 @@ class StationLife:
             self.write_program()
         write_part_programs(world, folder)
         self.station = Station(
-            config or configuration(world, kernel),
+            config or configuration(world, code),
             base=folder,
             epoch_ns=DEFAULT_EPOCH_NS + begun_ns,
             disk=disk,

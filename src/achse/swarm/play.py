@@ -88,7 +88,7 @@ class _Player:
         self,
         world: World,
         folder: Path,
-        kernel: str,
+        code: str,
         user_checks: Sequence[UserCheck],
         track: Track | None,
     ) -> None:
@@ -101,7 +101,7 @@ class _Player:
             self._config, folder = load(file), file.parent
         self.outcome = WorldOutcome()
         self._folder = folder
-        self._kernel = kernel
+        self._code = code
         self._disk = MemoryDisk()
         self._violation: BrokenInvariant | None = None
         self._digest = hashlib.blake2b(digest_size=16)
@@ -135,7 +135,7 @@ class _Player:
         if self.world.project:
             checks = tuple(each for each in NAMES if each in PROJECT_INVARIANTS)
         life = StationLife(
-            *(self.world, self._folder, self._disk, now_ns, self._kernel, checks, self.report),
+            *(self.world, self._folder, self._disk, now_ns, self._code, checks, self.report),
             config=self._config,
         )
         if self._track is not None:
@@ -393,11 +393,11 @@ def _watched_log(player: _Player | MotionPlayer) -> Iterator[None]:
 def play(
     world: World,
     *,
-    kernel: str = "auto",
+    code: str = "auto",
     checks: Sequence[UserCheck] = (),
     track: Track | None = None,
 ) -> WorldOutcome:
-    """Run a world in this process; `kernel` is as in `[nc]` of a station.toml.
+    """Run a world in this process; `code` is as in `[nc]` of a station.toml.
 
     `checks` are invariants of a user. The set points of all axes go into `track`.
     """
@@ -405,9 +405,9 @@ def play(
     with tempfile.TemporaryDirectory(prefix="achse-swarm-") as folder:
         player: _Player | MotionPlayer
         if world.motion_only:
-            player = MotionPlayer(world, Path(folder), kernel, track)
+            player = MotionPlayer(world, Path(folder), code, track)
         else:
-            player = _Player(world, Path(folder), kernel, checks, track)
+            player = _Player(world, Path(folder), code, checks, track)
         with _watched_log(player):
             try:
                 player.run()
@@ -421,12 +421,12 @@ def play(
     return outcome
 
 
-def play_twice(world: World, kernels: Sequence[str] = ("interpreted", "compiled")) -> WorldOutcome:
-    """Run a world in both kernels: their digests are equal."""
-    first, second = (play(world, kernel=kernel) for kernel in kernels)
+def play_twice(world: World, codes: Sequence[str] = ("plain", "machine")) -> WorldOutcome:
+    """Run a world in both codes: their digests are equal."""
+    first, second = (play(world, code=code) for code in codes)
     if first.violation is None and second.violation is None and first.digest != second.digest:
         second.violation = BrokenInvariant(
-            "equal-digest", f"{kernels[0]}: {first.digest}, {kernels[1]}: {second.digest}"
+            "equal-digest", f"{codes[0]}: {first.digest}, {kernels[1]}: {second.digest}"
         )
     second.violation = first.violation or second.violation
     second.cpu_s += first.cpu_s

@@ -43,8 +43,8 @@ def play_seed(
     if motion:
         if seed % MOTION_TWICE_EVERY == 0 and CYCLES.available and track is None:
             return play_twice(world)
-        kernel = "compiled" if CYCLES.available else "interpreted"
-        return play(world, kernel=kernel, track=track)
+        code = "machine" if CYCLES.available else "plain"
+        return play(world, code=code, track=track)
     checks = load_checks(Path(invariants)) if invariants else ()
     if project:
         return play(world, checks=checks, track=track)

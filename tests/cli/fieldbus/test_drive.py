@@ -17,7 +17,7 @@ from achse.cli.app import app
 from achse.drive.identity import PRODUCT, VENDOR
 from tests.warm_commands import PIPES, WarmCommands
 
-SERVE = ["drive", "serve", "--interpreted", "--ordinary", "--control", "127.0.0.1:0"]
+SERVE = ["drive", "serve", "--code", "plain", "--ordinary", "--control", "127.0.0.1:0"]
 
 
 def _achse(*arguments: str, exit_code: int = 0) -> Result:

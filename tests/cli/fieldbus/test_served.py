@@ -12,7 +12,7 @@ from achse.cli.app import app
 from tests.warm_commands import WarmCommands
 
 SERVE = [
-    *("drive", "serve", "--interpreted", "--ordinary"),
+    *("drive", "serve", "--code", "plain", "--ordinary"),
     *("--udp", "127.0.0.1:0", "--control", "127.0.0.1:0", "--type", "ac,linear"),
 ]
 FAULTS = """

@@ -30,14 +30,14 @@ def _found(found: Any, count: int) -> None:
     ]
 
 
-@pytest.mark.parametrize(("count", "how"), [(1, "interpreted"), (8, "compiled"), (32, "compiled")])
+@pytest.mark.parametrize(("count", "code"), [(1, "plain"), (8, "machine"), (32, "machine")])
 def test_pysoem_moves_drives(
-    bus: Any, judge: Judge, witness: Witness, count: int, how: str, many: Callable[[int], int]
+    bus: Any, judge: Judge, witness: Witness, count: int, code: str, many: Callable[[int], int]
 ) -> None:
     witness("pysoem")
-    if how == "compiled":
+    if code == "machine":
         pytest.importorskip("llvmlite")
-    ready = bus.drives("--count", count, f"--{how}")
+    ready = bus.drives("--count", count, "--code", code)
     assert ready.startswith(f"achse drive ready interface=cable1 drives={count} type=ac")
     bus.record()
     cycles = many(CYCLES)
@@ -70,7 +70,7 @@ def test_pysoem_moves_drives(
 
 def test_pysoem_adds_an_object_to_the_mapping(bus: Any, judge: Judge, witness: Witness) -> None:
     witness("pysoem")
-    bus.drives("--count", 2, "--interpreted")
+    bus.drives("--count", 2, "--code", "plain")
     bus.record()
     found = bus.master("pysoem_drives.py", "remap")
     bus.end_record()
@@ -86,7 +86,7 @@ def test_each_wrong_step_of_the_mapping_procedure_has_its_code(
     bus: Any, judge: Judge, witness: Witness
 ) -> None:
     witness("pysoem")
-    bus.drives("--interpreted")
+    bus.drives("--code", "plain")
     bus.record()
     found = bus.master("pysoem_objects.py", "steps")
     bus.end_record()
@@ -116,7 +116,7 @@ def test_pysoem_lists_the_whole_dictionary_and_reads_it_both_ways(
     bus: Any, judge: Judge, witness: Witness
 ) -> None:
     witness("pysoem")
-    bus.drives("--interpreted")
+    bus.drives("--code", "plain")
     bus.record()
     found = bus.master("pysoem_objects.py", "dictionary")
     bus.end_record()
@@ -145,7 +145,7 @@ def test_pysoem_homes_a_drive_and_moves_it_in_the_profile_modes(
     bus: Any, judge: Judge, witness: Witness
 ) -> None:
     witness("pysoem")
-    bus.drives("--interpreted")
+    bus.drives("--code", "plain")
     bus.record()
     found = bus.master("pysoem_modes.py", "modes")
     bus.end_record()
@@ -172,7 +172,7 @@ def test_pysoem_homes_a_drive_and_moves_it_in_the_profile_modes(
 
 def test_kickcat_brings_a_drive_to_op(bus: Any, judge: Judge, witness: Witness) -> None:
     witness("kickcat")
-    bus.drives("--interpreted")
+    bus.drives("--code", "plain")
     bus.record()
     found = bus.master("kickcat_drive.py")
     bus.end_record()
@@ -187,7 +187,7 @@ def test_kickcat_brings_a_drive_to_op(bus: Any, judge: Judge, witness: Witness) 
 
 def test_pysoem_writes_an_alias_into_the_eeprom(bus: Any, judge: Judge, witness: Witness) -> None:
     witness("pysoem")
-    bus.drives("--interpreted")
+    bus.drives("--code", "plain")
     bus.record()
     found = bus.master("pysoem_eeprom.py", "alias")
     bus.end_record()
@@ -200,7 +200,7 @@ def test_faults_come_from_the_command_line_while_a_master_exchanges(
     bus: Any, judge: Judge, witness: Witness
 ) -> None:
     witness("pysoem")
-    bus.drives("--count", 2, "--interpreted")
+    bus.drives("--count", 2, "--code", "plain")
     bus.record()
     with bus.beside("pysoem_faults.py", "watch", ready="in Op") as found:
         bus.run(bus.achse, "fault", "add", "--served", "alarm", "code=AL.720", "drive=1")
@@ -220,7 +220,7 @@ def test_a_drive_on_the_wire_passes_the_conformance_check(
     bus: Any, judge: Judge, witness: Witness
 ) -> None:
     witness("pysoem")
-    bus.drives("--interpreted")
+    bus.drives("--code", "plain")
     bus.record()
     found = bus.master("pysoem_check.py", "check")
     bus.end_record()

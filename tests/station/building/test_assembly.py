@@ -128,7 +128,7 @@ def test_configured_ports_stay_the_stations_through_restarts(
     document = {
         "plc": [{"sources": "gvl.st", "also": [801]}],
         "axis": [{"id": 1, "name": "X"}],
-        "nc": {"kernel": "interpreted"},
+        "nc": {"code": "plain"},
     }
     station = Station(parse(document, "a.toml"), base=folder)
     configured = set(station.router.ports)

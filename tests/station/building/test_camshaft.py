@@ -179,10 +179,8 @@ def test_four_controllers_have_their_own_cycles(tmp_path: Path) -> None:
 def test_many_cams_are_machine_code_and_the_same(tmp_path: Path) -> None:
     cams = [{**WAY, "start": n, "track": n % 32} for n in range(40)]
     digests = set()
-    for kernel in ("auto", "interpreted"):
-        station = station_of(
-            tmp_path, {"encoder": "MAIN.nEncoder", "cam": cams}, nc={"kernel": kernel}
-        )
+    for code in ("auto", "plain"):
+        station = station_of(tmp_path, {"encoder": "MAIN.nEncoder", "cam": cams}, nc={"code": code})
         station.advance(0.2)
         digests.add(device_of(station).camshafts[0].controller.digest())
     assert len(digests) == 1

@@ -86,8 +86,8 @@ def test_a_wrong_axis_parameter_is_located(values: dict[str, Any], message: str)
 def test_the_compiled_kernel_needs_llvmlite(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("achse.motion.nc.KERNEL", Kernel("fresh", cycles, {}))
     monkeypatch.setitem(sys.modules, "llvmlite", None)
-    with pytest.raises(ConfigError, match=r"nc\.kernel: compiled needs the extra fast: pip"):
-        station(nc={"kernel": "compiled"}, axis=[{"id": 1, "name": "A"}])
+    with pytest.raises(ConfigError, match=r"nc.code: machine needs the extra fast: pip"):
+        station(nc={"code": "machine"}, axis=[{"id": 1, "name": "A"}])
 
 
 def test_the_characteristic_of_a_drive_is_a_table_of_the_configuration() -> None:

@@ -20,11 +20,11 @@ from achse.station.station import Station
 from tests.station.drive_stations import drive_station, enable_axes
 
 
-@pytest.mark.parametrize("kernel", ["interpreted", "compiled"])
-def test_axes_in_each_mode_reach_their_targets(kernel: str) -> None:
+@pytest.mark.parametrize("code", ["plain", "machine"])
+def test_axes_in_each_mode_reach_their_targets(code: str) -> None:
     modes: list[dict[str, Any]] = [{"mode": mode} for mode in ("csp", "csv", "cst")]
     modes[1] |= {"inverted": True, "gear": [3, 1]}
-    made = drive_station(*modes, nc={"kernel": kernel})
+    made = drive_station(*modes, nc={"code": code})
     enable_axes(made)
     assert made.nc is not None
     for axis in made.nc:
@@ -37,8 +37,8 @@ def test_axes_in_each_mode_reach_their_targets(kernel: str) -> None:
 
 def test_equal_histories_have_equal_digests_on_either_kernel() -> None:
     digests = set()
-    for kernel in ("interpreted", "compiled", "compiled"):
-        made = drive_station({"mode": "csp"}, {"mode": "cst"}, nc={"kernel": kernel})
+    for code in ("plain", "machine", "machine"):
+        made = drive_station({"mode": "csp"}, {"mode": "cst"}, nc={"code": code})
         enable_axes(made)
         assert made.nc is not None
         for axis in made.nc:
@@ -86,7 +86,7 @@ def test_a_clock_that_leaves_the_others_ends_in_documented_errors_and_comes_back
     drift: float, cycle: int, jump: bool, lasts: bool
 ) -> None:
     """What the manual promises: 0x001A and SafeOp, 0x4655 at the axis, all of it seen by ADS."""
-    made = drive_station({}, {}, nc={"cycle": f"{cycle}ms", "kernel": "compiled"})
+    made = drive_station({}, {}, nc={"cycle": f"{cycle}ms", "code": "machine"})
     enable_axes(made)
     assert made.nc is not None
     other, axis = made.nc

@@ -186,7 +186,7 @@ class Made:
         monkeypatch.setattr("achse.station.building.bus_parts.InterfaceBus", Clocked)
         ends = isinstance(interface, BothEnds)
         whole: dict[str, Any] = {
-            "nc": {"cycle": f"{interface.cycle_ns // 1000}us", "kernel": "interpreted"},
+            "nc": {"cycle": f"{interface.cycle_ns // 1000}us", "code": "plain"},
             "bus": [{"interface": "veth0"} | ({"redundant": "veth1"} if ends else {})],
             "axis": [{"id": n, "name": f"A{n}", **AXIS} for n in range(1, drives + 1)],
             "drive": [{"axis": n} for n in range(1, drives + 1)],

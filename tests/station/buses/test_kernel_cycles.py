@@ -34,7 +34,7 @@ AXIS = {"max_velocity": 400.0, "default_acceleration": 2000.0, "default_decelera
 
 def station(drives: list[dict[str, Any]], shortcut: bool, **more: Any) -> Station:
     document = {
-        "nc": {"kernel": "compiled"} | more.pop("nc", {}),
+        "nc": {"code": "machine"} | more.pop("nc", {}),
         "bus": [{}],
         "axis": [{"id": n, "name": f"A{n}"} | AXIS for n in range(1, len(drives) + 1)],
         "drive": [{"axis": n} | drive for n, drive in enumerate(drives, 1)],

@@ -121,7 +121,7 @@ class _Kept(Wire):
 def _watched(subscriptions: list[tuple[int, int, int, int]]) -> tuple[Station, Loop, list[_Kept]]:
     """Return a station with two axes, and connections of two clients that watch them."""
     axes = [{"id": 1, "name": "A"}, {"id": 2, "name": "B"}]
-    station = Station(parse({"axis": axes, "nc": {"kernel": "compiled"}}, ""))
+    station = Station(parse({"axis": axes, "nc": {"code": "machine"}}, ""))
     loop, wires = Loop(), []
     listener: Any = TcpListener(station.router)
     listener.begin(loop)

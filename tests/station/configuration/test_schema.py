@@ -72,7 +72,7 @@ def test_each_key_that_has_a_text_shows_it() -> None:
     "document",
     [
         {},
-        {"nc": {"cycle": "2ms", "kernel": "auto"}},
+        {"nc": {"cycle": "2ms", "code": "auto"}},
         {"axis": [{"id": 1, "name": "X", "override_type": "original", "max_velocity": 5}]},
         {"axis": [{"id": 1, "name": "X", "element": [{"encoder_scaling_factor": 1.0}]}]},
         {"fault": [{"kind": "drop", "at": "2s", "lasting": "1s", "symbol": "GVL.n"}]},

@@ -45,7 +45,7 @@ def test_move_that_is_too_fast_is_found(monkeypatch: pytest.MonkeyPatch) -> None
     plan = planning._plan_to_target
     monkeypatch.setattr(planning, "_plan_to_target", lambda ax, v, end: plan(ax, 1.05 * v, end))
     for seed in range(FIRST, FIRST + 20):
-        outcome = play(replace(short(seed), channel=None), kernel="interpreted")
+        outcome = play(replace(short(seed), channel=None), code="plain")
         if outcome.violation is not None:
             break
     assert outcome.violation is not None

@@ -29,7 +29,7 @@ def watched(axis: dict[str, Any]) -> tuple[list[str], CamWatch]:
     values = {"control_dword": 7, "velocity_override": 1_000_000, "max_velocity": 1000.0}
     table = {"id": 1, "name": "A1", **values, **axis}
     document = {
-        "nc": {"cycle": "2ms", "kernel": "interpreted"}, "axis": [table], "camshaft": [SHAFT],
+        "nc": {"cycle": "2ms", "code": "plain"}, "axis": [table], "camshaft": [SHAFT],
     }  # fmt: skip
     station = Station(parse(document, "world"))
     reports: list[str] = []

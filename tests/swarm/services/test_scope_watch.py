@@ -17,7 +17,7 @@ Change = Callable[[list[Any]], list[Any]]
 
 def watched() -> tuple[list[str], ScopeWatch, Station]:
     table = {"id": 1, "name": "A1", "control_dword": 7, "velocity_override": 1_000_000}
-    document = {"nc": {"cycle": "2ms", "kernel": "interpreted"}, "axis": [table]}
+    document = {"nc": {"cycle": "2ms", "code": "plain"}, "axis": [table]}
     station = Station(parse(document, "world"))
     reports: list[str] = []
     watch = ScopeWatch(station, DEFAULT_EPOCH_NS, lambda name, what: reports.append(name))

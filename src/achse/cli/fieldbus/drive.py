@@ -32,6 +32,14 @@ drive = typer.Typer(no_args_is_help=True, help="Virtual CiA 402 servo drives on 
 _TYPES = "linear, direct (direct drive) or ac (rotary AC servo)"
 
 
+class DriveCode(StrEnum):
+    """Form of the code that computes the drives."""
+
+    AUTO = "auto"
+    MACHINE = "machine"
+    PLAIN = "plain"
+
+
 class Preset(StrEnum):
     """Preset of a drive's behaviour."""
 
@@ -110,14 +118,13 @@ def serve(
             metavar="FILE", help="Keep here what masters store by 1010h.", show_default=False
         ),
     ] = None,
-    compiled: Annotated[
-        bool | None,
+    code: Annotated[
+        DriveCode,
         typer.Option(
-            "--compiled/--interpreted",
-            help="Compute the drives in machine code or in Python.",
-            show_default="compiled where achse[fast] is installed",
+            help="Compute the drives in machine code or in plain Python; auto: machine code where"
+            " achse[fast] is installed."
         ),
-    ] = None,
+    ] = DriveCode.AUTO,
 ) -> Fill:
     """Put drives on a network interface and answer EtherCAT masters until interrupted.
 
@@ -132,18 +139,17 @@ def serve(
     types = _types(kinds, count)
     if alias + len(types) - 1 > _HIGHEST_ALIAS:
         raise typer.BadParameter(f"0..65535 for each drive, got {alias} for the first")
-    if compiled is None:
+    if code is DriveCode.AUTO:
         from achse.drive.compiled import KERNEL
 
         compiled = KERNEL.available
-    elif compiled and not compiler_installed():
-        fail(needs_extra("--compiled", "fast"))
-    in_machine_code = compiled
+    else:
+        compiled = code is DriveCode.MACHINE
+        if compiled and not compiler_installed():
+            fail(needs_extra("--code machine", "fast"))
 
     def fill(segment: "Segment") -> dict[str, str]:
-        drives = _drives(
-            types, store, in_machine_code, machine, preset, identity, strict=not lenient
-        )
+        drives = _drives(types, store, compiled, machine, preset, identity, strict=not lenient)
         segment.extend(
             Slave(each, alias=alias + order if alias else 0) for order, each in enumerate(drives)
         )
@@ -251,13 +257,13 @@ def _drives(
 
     bank: Bank | bool = False
     if compiled:
-        from achse.drive import compiled as machine_code
+        from achse.drive import compiled as drive_code
 
-        if not machine_code.KERNEL.available:
-            fail("--compiled needs the sources of achse; --interpreted does without")
-        if not machine_code.KERNEL.cached:
+        if not drive_code.KERNEL.available:
+            fail("--code machine needs the sources of achse; --code plain works without them")
+        if not drive_code.KERNEL.cached:
             print("achse drive: compiling for this machine, once", file=sys.stderr, flush=True)
-        bank = machine_code.Bank(len(types))
+        bank = drive_code.Bank(len(types))
     try:
         kept = ParameterFile(store)
     except ParameterFileError as fault:

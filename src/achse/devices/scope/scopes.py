@@ -57,7 +57,7 @@ class ScopeServer:
         *,
         limits: ScopeLimits | None = None,
         tick_ns: int = 1,
-        machine_code: bool = True,
+        compiled: bool = True,
     ) -> None:
         """`clock()` is station time in ns, whose cycles are whole ticks."""
         self.limits = limits or ScopeLimits()
@@ -66,7 +66,7 @@ class ScopeServer:
         self._channels = channels
         self._clock = clock
         self._tick_ns = tick_ns
-        self._machine_code = machine_code
+        self._compiled = compiled
         self._scopes: dict[int, NumberedScope] = {}
         self._last = 0
         self.add(ScopeDefinition())
@@ -85,7 +85,7 @@ class ScopeServer:
 
     def make(self, definition: ScopeDefinition) -> Recorder:
         """A recorder for a definition. Raises ScopeError."""
-        compiled = self._machine_code and KERNEL.available
+        compiled = self._compiled and KERNEL.available
         return Recorder(definition, self._channels.find, compiled=compiled, tick_ns=self._tick_ns)
 
     def add(self, definition: ScopeDefinition) -> NumberedScope:

@@ -98,8 +98,8 @@ def _make(building: Building, number: int, config: CamshaftConfig) -> ServedCams
     ground = building.ground
     key = f"camshaft[{number}]"
     cycle_ns = _cycle_ns(building, config)
-    kernel = ground.config.nc.kernel
-    wanted = kernel == "compiled" or len(config.cam) >= _MANY or KERNEL.cached
+    code = ground.config.nc.code
+    pays = code == "machine" or len(config.cam) >= _MANY or KERNEL.cached
     controller = CamController(
         number,
         cycle_ns=cycle_ns,
@@ -107,7 +107,7 @@ def _make(building: Building, number: int, config: CamshaftConfig) -> ServedCams
         and_mask_linked=config.and_mask_input
         or config.input_image is not None
         or "and_mask" in config.input,
-        compiled=kernel != "interpreted" and KERNEL.available and wanted,
+        compiled=code != "plain" and KERNEL.available and pays,
     )
     for name, value in config.parameters().items():
         setattr(controller.record, name, value)

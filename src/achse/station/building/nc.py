@@ -92,7 +92,7 @@ def velocity_warnings(nc: Nc) -> Iterator[str]:
 
 def nc_of(config: StationConfig, base: Path) -> Nc:
     """Return an NC as the configuration says; files are in `base`. Raises ConfigError."""
-    compiled = {"auto": None, "compiled": True, "interpreted": False}[config.nc.kernel]
+    compiled = {"auto": None, "machine": True, "plain": False}[config.nc.code]
     behind: dict[int, DriveConfig | FmuAxisConfig] = {**drives_of(config), **plant_axes_of(config)}
     axes = [_axis(axis, number, behind.get(axis.id)) for number, axis in enumerate(config.axis, 1)]
     tables = [_table(table, number, base) for number, table in enumerate(config.table, 1)]
@@ -113,9 +113,9 @@ def nc_of(config: StationConfig, base: Path) -> Nc:
     except TableError as fault:
         raise ConfigError(f"table: {fault}") from None
     except ImportError as failure:
-        raise ConfigError(f"{needs_extra('nc.kernel: compiled', 'fast')} ({failure})") from None
+        raise ConfigError(f"{needs_extra('nc.code: machine', 'fast')} ({failure})") from None
     except ExecutableMemoryError as failure:
-        raise ConfigError(f"nc.kernel: compiled: {failure}") from None
+        raise ConfigError(f"nc.code: machine: {failure}") from None
     limits = config.limits
     nc.tables.limits = TableLimits(limits.table_numbers, limits.all_table_numbers)
     return nc

@@ -55,7 +55,7 @@ def make_scope(building: Building) -> None:
         lambda: ground.clock.time_ns,
         limits=config.limits(),
         tick_ns=tick_ns,
-        machine_code=ground.config.nc.kernel != "interpreted",
+        compiled=ground.config.nc.code != "plain",
     )
     for plc in building.plcs.values():
         plc.on_online_change(scopes.find_again)

@@ -68,8 +68,9 @@ class NcConfig(ConfigTable):
     """[nc]: the motion device."""
 
     cycle: DurationNs = 2_000_000
-    kernel: Literal["auto", "compiled", "interpreted"] = "auto"
-    """`compiled` needs llvmlite (achse[fast]); `auto` takes it where it is there or pays."""
+    code: Literal["auto", "machine", "plain"] = "auto"
+    """`machine` needs llvmlite (achse[fast]); `auto` uses machine code where it is cached or
+    pays."""
 
 
 class AxisConfig(BaseModel):

@@ -28,12 +28,12 @@ _CODES = frozenset(map(int, NcError)) | {0x4FFF}
 class MotionPlayer:
     """A world of motion that runs."""
 
-    def __init__(self, world: World, folder: Path, kernel: str, track: Track | None = None) -> None:
+    def __init__(self, world: World, folder: Path, code: str, track: Track | None = None) -> None:
         self.world = world
         self._track = track
         self.outcome = WorldOutcome()
         write_part_programs(world, folder)
-        self.nc = nc_of(configuration(world, kernel), folder)
+        self.nc = nc_of(configuration(world, code), folder)
         self.now_ns = 0
         self._device = NcDevice(self.nc, clock=lambda: self.now_ns)
         channel = world.channel
@@ -46,7 +46,7 @@ class MotionPlayer:
         )
         self._requested = False
         self._by_cycle = track is not None or (
-            self.nc.compiled and kernel == "auto" and not CYCLES.cached
+            self.nc.compiled and code == "auto" and not CYCLES.cached
         )
         """True if each cycle is recorded, or if machine code would have to be compiled first."""
 
