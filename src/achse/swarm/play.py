@@ -426,7 +426,7 @@ def play_twice(world: World, codes: Sequence[str] = ("plain", "machine")) -> Wor
     first, second = (play(world, code=code) for code in codes)
     if first.violation is None and second.violation is None and first.digest != second.digest:
         second.violation = BrokenInvariant(
-            "equal-digest", f"{codes[0]}: {first.digest}, {kernels[1]}: {second.digest}"
+            "equal-digest", f"{codes[0]}: {first.digest}, {codes[1]}: {second.digest}"
         )
     second.violation = first.violation or second.violation
     second.cpu_s += first.cpu_s
