@@ -158,7 +158,7 @@ PICTURES: Mapping[str, Callable[[], str]] = {
     "terminal": _terminal,
     "ledger": _ledger,
 }
-"""By name, what makes its SVG."""
+"""Functions that make the SVG, by name."""
 
 TEXTS: Mapping[str, str] = {
     "demo": "A terminal plays achse demo: an axis is enabled and moves from 0 to 100 mm, the scope"

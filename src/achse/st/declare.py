@@ -311,7 +311,7 @@ class _Declarer:
     # constants and addresses -----------------------------------------------------------------
 
     def _work_out_constants(self, entry: DeclaredUnit) -> None:
-        """In the order they are declared, so that long chains of them stay flat."""
+        """Evaluate constants in the order of declaration, so that long chains of them stay flat."""
         scope = self._scopes.scope(entry)
         for block in getattr(entry.tree, "blocks", ()):
             if "CONSTANT" not in block.qualifiers:

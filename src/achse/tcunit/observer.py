@@ -15,7 +15,7 @@ _FORMATTER = "fb_adsassertmessageformatter.logassertfailure"
 """Routine that every failed assertion calls: Expected, Actual, Message, TestInstancePath."""
 
 _MOST_FAILURES = 1000
-"""Of one test; an assertion in a test that does not end fails in each cycle."""
+"""Limit for one test; an assertion in a test that does not end fails in each cycle."""
 
 
 class Observer:
@@ -27,7 +27,7 @@ class Observer:
         self.places: dict[tuple[str, str], CodePlace] = {}
         """Place of each TEST, by the block of the suite and the name of the test, in lower case."""
         self.failures: dict[tuple[str, str], list[Failure]] = {}
-        """By the path of the suite and the name of the test, in lower case."""
+        """Failures by the path of the suite and the name of the test, in lower case."""
         execution = bodies.execution
         assert execution is not None
         self._own: set[str] = set()

@@ -94,7 +94,7 @@ class TestRun:
     notes: Sequence[str] = field(default=())
     """Further notes for the user."""
     coverage: CoverageResult | None = None
-    """Of the project without its suites, if requested."""
+    """Coverage of the project without its suites, if requested."""
 
     __test__ = False
 

@@ -127,7 +127,7 @@ class PlcUnit:
         self._raise()
 
     name: str
-    """As written in the source."""
+    """Name in the source."""
     plc: PlcRuntime
     """The PLC it runs in: memory, state, variable lists (`plc.instance("GVL")`)."""
     _bench: Record

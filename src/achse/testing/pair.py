@@ -31,7 +31,7 @@ class LinkEnd:
             self.other.wire += packet if isinstance(packet, bytes) else packet.encode_tcp()
 
     def deliver(self, frame: Frame) -> bool:
-        """As an endpoint of a router: send `frame`; False after a cut."""
+        """Send `frame` like an endpoint of a router; False after a cut."""
         if self.is_open:
             self.send(frame)
         return self.is_open

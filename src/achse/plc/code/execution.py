@@ -201,7 +201,7 @@ class Execution:
     def _translate_if_possible(
         self, form: CodeForm, by_python: Collection[str], digest: str
     ) -> None:
-        """Of `CodeForm.AUTO`, whatever keeps machine code away leaves all plain."""
+        """Translate to machine code; with `CodeForm.AUTO` any refusal leaves all routines plain."""
         if form is CodeForm.AUTO and not compiler_installed():
             return
         try:

@@ -33,7 +33,7 @@ class Linker:
     def __init__(self, project: LoweredProject) -> None:
         self.project = project
         self.probe: Probe | None = None
-        """Of a debug build: what code says before each statement."""
+        """Probe of a debug build, called before each statement."""
         self.constants: dict[str, Any] = {}
         self._constant_names: dict[Any, str] = {}
 

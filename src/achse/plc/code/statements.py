@@ -119,7 +119,7 @@ class StatementWriter:
                 self._lifecycle(statement)
 
     def _mark(self, statement: nodes.LoweredStatement) -> None:
-        """In a debug build: say that the statement is next."""
+        """Mark the statement as the next one in a debug build."""
         probe = self._of.linker.probe
         if probe is not None and statement.at and not isinstance(statement, _WITHOUT_STOP):
             for line in probe.statement(self._routine.routine, statement.at):

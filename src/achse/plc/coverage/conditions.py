@@ -24,7 +24,7 @@ class ConditionHits(NamedTuple):
     """One condition of a decision."""
 
     name: str
-    """As written; `condition 2` of a drawing."""
+    """Source text; `condition 2` of a drawing."""
     true: int
     false: int
     alone_true: int
@@ -51,14 +51,14 @@ class DecisionHits:
     """A decision of two conditions or more."""
 
     line: int
-    """Of its statement or ELSIF, in the file."""
+    """Line of the statement or ELSIF in the file."""
     place: str
     """Place in a drawing; empty in text."""
     shape: DecisionShape
     names: tuple[str, ...]
     """Conditions as they are written."""
     hits: tuple[int, ...]
-    """Of each vector of the shape."""
+    """Hits of each vector of the shape."""
 
     @cached_property
     def conditions(self) -> tuple[ConditionHits, ...]:

@@ -15,7 +15,7 @@ class StatementHits:
     """A statement, and how often it has begun."""
 
     line: int
-    """In the file."""
+    """Line in the file."""
     place: str
     """Place in a drawing: `network 3, box 1`; empty in text."""
     hits: int

@@ -27,7 +27,7 @@ class _Marks:
 
     def __init__(self) -> None:
         self.marks: list[Mark | None] = [None]
-        """By number; 0 is the head of a routine."""
+        """Marks by number; 0 is the head of a routine."""
         self.routines: list[Routine] = []
         self._numbers: dict[tuple[str, int], int] = {}
         self._of_routine: dict[str, int] = {}

@@ -50,7 +50,7 @@ class Carrier:
         return self._ended
 
     def hold(self) -> None:
-        """Inside the work: halt until `resume`."""
+        """Halt until `resume`; called inside the work."""
         self._back.release()
         self._go.acquire()
 

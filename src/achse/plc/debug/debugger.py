@@ -54,7 +54,7 @@ class Breakpoint:
     number: int
     path: str
     line: int
-    """As asked for."""
+    """Requested line."""
     condition: str = ""
     """An expression that must hold; empty for always."""
     hits_wanted: int = 0
@@ -84,7 +84,7 @@ class Stop:
     place: str = ""
     """Place in a drawing: `network 3, rung 1`; empty in text."""
     text: str = ""
-    """Of an exception what it says; of a condition what is wrong with it."""
+    """Message of an exception, or fault of a condition."""
     breakpoints: tuple[int, ...] = ()
 
 

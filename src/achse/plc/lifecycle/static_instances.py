@@ -21,7 +21,7 @@ Functions = Callable[[str], Callable[..., Any]]
 """The code of a routine by its key."""
 
 _FLAGS = (True, False)
-"""Of FB_init: as at a start."""
+"""Flags of FB_init at a start."""
 
 
 class StaticInstances:

@@ -33,7 +33,7 @@ class Vector:
 
     outcome: bool
     values: tuple[bool | None, ...]
-    """Of the conditions; None of those that were left out."""
+    """Values of the conditions; None for skipped conditions."""
     unmasked: frozenset[int]
     """Conditions whose change alone would change the outcome."""
 

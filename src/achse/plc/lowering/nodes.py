@@ -216,7 +216,7 @@ class RoutineCall:
     entry: str | None
     instance: "LoweredValue | None"
     arguments: "tuple[tuple[Variable[Any, Any], LoweredValue], ...]"
-    """In the order of evaluation, all of them."""
+    """All arguments in the order of evaluation."""
     outputs: tuple[Temporary, ...]
     """Result and outputs; empty if the routine has no outputs."""
     type: IecType[Any] | None

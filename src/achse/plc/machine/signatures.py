@@ -35,7 +35,7 @@ class SignaturePart:
     type: IecType[Any]
     """Flat."""
     offset: int
-    """In the frame."""
+    """Offset in the frame."""
 
     @property
     def kind(self) -> PartKind:
@@ -67,7 +67,7 @@ class RoutineSignature:
 
     @property
     def parameters(self) -> list[MachineType]:
-        """Of the machine function."""
+        """Parameters of the machine function."""
         types: list[MachineType] = [U64] if self.has_instance else []
         for part in self.inputs:
             match part.kind:
@@ -85,7 +85,7 @@ class RoutineSignature:
 
     @property
     def results(self) -> list[MachineType]:
-        """Of the machine function."""
+        """Results of the machine function."""
         if self.result is None or self.result.kind is PartKind.PACKED:
             return []
         return [I64 if self.result.kind is PartKind.TEXT else machine_type(self.result.type)]

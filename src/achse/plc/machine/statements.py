@@ -62,7 +62,7 @@ class StatementTranslator:
         self._loops: list[_Loop] = []
         self._marks: list[_Marks] = []
         self._counted_ends: list[list[tuple[Label, int, Label]]] = []
-        """By loop: counted exits, their counter, and their target."""
+        """Counted exits by loop, with their counter and their target."""
         self._finals: list[tuple[Label | None, nodes.LoweredStatements]] = []
         """FINALLY parts that are around the statement."""
 

@@ -41,7 +41,7 @@ class OwnBytes:
     room: Operand
     size: int
     length: LocalVariable | None = None
-    """Of a text, in bytes."""
+    """Length of a text, in bytes."""
 
 
 @dataclass(slots=True)

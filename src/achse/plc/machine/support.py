@@ -65,7 +65,7 @@ INTERFACE = ModuleInterface(
     CALLBACKS,
     {AREA_WORDS: 2 * AREAS, FRAME_WORDS: 1},
 )
-"""Of all modules of Structured Text."""
+"""Interface of all modules of Structured Text."""
 
 
 class Support:

@@ -123,7 +123,7 @@ class ExpressionChecker:
         return self.type_operand(tree)
 
     def meaning_or_type(self, tree: Name | Member) -> Meaning:
-        """As `meaning`, but a name of a type that is one of a function too is the type."""
+        """Return the meaning, but prefer the type for a name of both a type and a function."""
         meaning = self.meaning(tree)
         if isinstance(meaning, BuiltinName):
             type = self._body.checking.names.predefined.find(meaning.name, tree.at)

@@ -332,7 +332,7 @@ class Life:
     def _of_all_members(
         self, body: "RoutineBody", type: StructType[Any], event: LifeEvent
     ) -> Iterator[TypedStatement]:
-        """Of bases, too: their own routine would call their FB_reinit."""
+        """Run the event of all members: the own routine of a base would call its FB_reinit."""
         if type.base is not None:
             yield from self._of_all_members(body, type.base, event)
         yield from self._of_members(body, type, event)

@@ -68,7 +68,7 @@ class BuiltinName:
     """A function of the language: MAX, SHL, TO_INT, ADR …"""
 
     name: str
-    """In upper case."""
+    """Name in upper case."""
     at: int
 
 

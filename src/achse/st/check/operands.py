@@ -30,11 +30,11 @@ class TypedOperand:
     soft: bool = False
     """An LREAL only because of literals in it: it goes into a REAL without a word."""
     text: str | None = None
-    """Of a text constant, as it can be coded again."""
+    """Content of a text constant, for another coding."""
     reference: Storage | None = None
     """The REFERENCE (or VAR_IN_OUT) variable itself, if the storage is its target."""
     bounds: tuple[TypedValue, ...] = ()
-    """Of an ARRAY [*]: lower and upper bound of each dimension; the storage is of an element."""
+    """Lower and upper bound of each dimension of an ARRAY [*]; the storage is of an element."""
     outside: str = ""
     """The variable of another block, by its name, if it is not an input of that."""
     is_bits: bool = False

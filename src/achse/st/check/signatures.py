@@ -43,15 +43,15 @@ class DeclaredParameter:
     """A parameter as it is declared."""
 
     variable: Variable[Any, Any]
-    """In the frame, or in the record of a block or program."""
+    """Variable in the frame, or in the record of a block or program."""
     section: str
     """VAR_INPUT, VAR_OUTPUT or VAR_IN_OUT."""
     type: IecType[Any]
-    """As declared; of a VAR_IN_OUT that of its target."""
+    """Declared type; for a VAR_IN_OUT the type of its target."""
     is_constant: bool = False
     """VAR_IN_OUT CONSTANT, which takes values, too."""
     bounds: tuple[Variable[Any, Any], ...] = ()
-    """Of an ARRAY [*]: hidden variables for the lower and upper bound of each dimension."""
+    """Hidden variables for the lower and upper bound of each dimension of an ARRAY [*]."""
     has_initial: bool = False
     is_plain: bool | None = None
     """True if an argument is only converted and stored; None before the first call."""

@@ -102,7 +102,7 @@ class SystemOperators:
         return known(type.size, UDINT, at, loose=True)
 
     def _open_size(self, operand: TypedOperand, at: int) -> TypedOperand:
-        """Of an ARRAY [*]: what its bounds say."""
+        """Compute the size of an ARRAY [*] from its bounds."""
         size: TypedValue = Known(operand.flat.size, DINT, at)
         for lower, upper in zip(operand.bounds[::2], operand.bounds[1::2], strict=True):
             span = Computed(Operator.SUB, (upper, lower), DINT, at)

@@ -57,9 +57,9 @@ class BlockSignature:
     extends: str = ""
     implements: tuple[str, ...] = ()
     methods: dict[str, MethodSignature] = field(default_factory=dict)
-    """By name in lower case."""
+    """Methods by name in lower case."""
     properties: dict[str, PropertySignature] = field(default_factory=dict)
-    """By name in lower case."""
+    """Properties by name in lower case."""
 
 
 def is_open_array(properties: Mapping[str, str]) -> bool:

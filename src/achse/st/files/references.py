@@ -19,7 +19,7 @@ class LibraryReference(NamedTuple):
 
     title: str
     version: str
-    """As pinned, `3.3.59.0`; empty for any."""
+    """Pinned version, `3.3.59.0`; empty for any."""
     namespace: str
     parameters: Mapping[tuple[str, str], str]
     """Structured Text by list and constant in lower case; the list is empty in older files."""
@@ -28,7 +28,7 @@ class LibraryReference(NamedTuple):
 
     @property
     def titles(self) -> list[str]:
-        """By which the library is looked for, as `plain_title` has them."""
+        """Titles to search for, in the form of `plain_title`."""
         return [plain_title(name) for name in (self.title, self.placeholder) if name]
 
     def __str__(self) -> str:

@@ -450,7 +450,7 @@ class _Lowering(BodyStatements):
         tip: Expression | None,
         chosen: list[tuple[Name, int, Firing, int]],
     ) -> None:
-        """Of transitions behind the same steps the first whose condition holds fires."""
+        """Fire the first of the transitions behind the same steps whose condition holds."""
         left = group[0].left
         names = " and ".join(step.name for step in left)
         branches: list[Branch] = []

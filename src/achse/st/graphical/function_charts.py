@@ -119,7 +119,7 @@ class FunctionChart:
 
     inputs: tuple[ChartInput, ...]
     ordered: tuple[Ordered, ...]
-    """In the order of the file, which is that of execution if the order is explicit."""
+    """Elements in the order of the file, which is the order of execution if that is explicit."""
     sources: tuple[tuple[int, int], ...]
     """Pins that are connected: `(destination, source)`."""
     knows_feedback: bool

@@ -23,11 +23,11 @@ class Modifier(IntFlag):
 
     NEGATED = 1
     SET = 2
-    """Of a target; with NEGATED it is a reset."""
+    """Set of a target; with NEGATED a reset."""
     JUMP = 4
-    """Of a target: its text is a label."""
+    """Jump of a target, whose text is a label."""
     RETURN = 8
-    """Of a target."""
+    """Return of a target."""
     RISING = 16
     FALLING = 32
 
@@ -82,7 +82,7 @@ class BoxInput:
     name: str
     """Empty for operators."""
     type: str
-    """As the editor resolved it; may be empty or out of date."""
+    """Type as resolved by the editor; may be empty or out of date."""
     node: "NetworkNode"
     modifiers: int
 
@@ -169,7 +169,7 @@ class DrawnNetwork:
     """True if it is commented out."""
     items: tuple[NetworkNode, ...]
     lines: tuple[Instruction, ...]
-    """Of a network shown as instruction list; `items` then count for nothing."""
+    """Lines of a network shown as instruction list; `items` is not used then."""
     at: int = place()
 
     @property

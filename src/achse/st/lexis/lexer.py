@@ -93,7 +93,7 @@ _TOKENS, _OUTSIDE = (
         (r"""'(?:[^'$\n]++|\$.)*'|"(?:[^"$\n]++|\$.)*"|//[^\n]*+|PRAGMA|\(\*|/\*""", re.DOTALL),
     )
 )
-"""By `_is_left_open`: the tokens, and what is outside of comments in each other."""
+"""Patterns by `_is_left_open`: the tokens, and text outside of nested comments."""
 _OBJECT_ENDS = frozenset(
     ("END_FUNCTION", "END_FUNCTION_BLOCK", "END_PROGRAM", "END_TYPE", "END_INTERFACE")
 )

@@ -68,7 +68,7 @@ _COMPARING = ("=", "<>", "<", "<=", ">", ">=")
 _LONG_SUM = 8
 """Most operands of one expression whose types are looked up."""
 Sense: TypeAlias = "MissingUse | DeclaredUnit | tuple[TypeSpec, Scope] | None"
-"""Of an expression: a missing name, a unit, a declared type and where it is seen from, neither."""
+"""Meaning of an expression: a missing name, a unit, a declared type with its scope, or none."""
 
 
 class Meanings:

@@ -29,7 +29,7 @@ LISTS_FILE = "constants.st"
 _HIGHEST = 255
 """The last index of an array that is indexed by variables only."""
 _VALUE = 16
-"""Of constants; a project has arrays of that many elements."""
+"""Value of constants; a project has arrays of that many elements."""
 _STEP = "    "
 _COUNTS = (
     "sint",
@@ -75,7 +75,7 @@ _WORDS = {
 _PREFIX = re.compile(r"([a-z]{1,3})[A-Z0-9_]")
 _ANY = {"pvalue", "disize"}
 _MARK = "{attribute 'stub'}"
-"""Of blocks whose interfaces are not known: each fits any."""
+"""Mark of blocks whose interfaces are not known: each fits any."""
 _LIST = re.compile(r"GVL|Global|Const|Param|Lib|^Tc\d|^G_", re.IGNORECASE)
 """Names that are those of lists and libraries, and not of enumerations."""
 _INTERFACE = re.compile(r"I_?[A-Z][a-z]|ITc[A-Z]|I_")

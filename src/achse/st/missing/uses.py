@@ -30,9 +30,9 @@ class MissingUse:
     space: "MissingUse | None" = None
     """The name in front, of a list or an enumeration."""
     members: dict[str, "MissingUse"] = field(default_factory=dict)
-    """By name in lower case."""
+    """Members by name in lower case."""
     values: dict[str, str] = field(default_factory=dict)
-    """Of an enumeration, by name in lower case."""
+    """Values of an enumeration by name in lower case."""
     inputs: dict[str, "MissingUse"] = field(default_factory=dict)
     outputs: dict[str, "MissingUse"] = field(default_factory=dict)
     initials: dict[str, "MissingUse"] = field(default_factory=dict)

@@ -501,7 +501,7 @@ class Declaration:
     """`a, b AT %MD4 : type(arguments) := initial;` with the same type and value for all names."""
 
     names: tuple[Name, ...]
-    """In VAR_CONFIG a name is a path: `MAIN.fbValve.bOpen`, or `.bOpen` of a global variable."""
+    """Names; in VAR_CONFIG paths: `MAIN.fbValve.bOpen`, or `.bOpen` of a global variable."""
     address: DirectAddress | None
     type: TypeSpec
     arguments: tuple[Argument, ...] | ArrayInitial

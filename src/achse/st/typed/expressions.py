@@ -296,11 +296,11 @@ class Created:
     """
 
     of: IecType[Any]
-    """Of one element."""
+    """Type of one element."""
     count: "TypedValue | None"
     """DINT; None without a count."""
     arguments: tuple[Stored, ...]
-    """Of FB_init, as in `LifeStep`."""
+    """Arguments of FB_init, as in `LifeStep`."""
     type: IecType[Any]
     """A PointerType."""
     at: int = place()
@@ -311,7 +311,7 @@ class Deleted:
     """`__DELETE(pointer)`: `exit` of the block that is there, memory free, pointer 0. No value."""
 
     pointer: Storage
-    """Of a PointerType or InterfaceType."""
+    """Storage of a PointerType or InterfaceType."""
     type: None = None
     at: int = place()
 

@@ -104,7 +104,7 @@ class IndexStep:
     """
 
     index: "TypedValue"
-    """Of type DINT, or LINT if the source is wider."""
+    """Index of type DINT, or LINT if the source is wider."""
     first: "TypedValue"
     last: "TypedValue | None"
     stride: int
@@ -122,9 +122,9 @@ class Storage:
     bit: int | None = None
     """0..7, counted from the lowest bit of the byte at the offset."""
     steps: tuple[IndexStep, ...] = ()
-    """In the order of evaluation."""
+    """Steps in the order of evaluation."""
     is_constant: bool = False
     """True if it is declared CONSTANT: nothing in the source writes it."""
     name: str = ""
-    """As written, for messages and for the debugger."""
+    """Source text, for messages and for the debugger."""
     at: int = place()

@@ -19,7 +19,7 @@ class RoutineKind(Enum):
 
     FUNCTION = "FUNCTION"
     BODY = "BODY"
-    """Of a function block: what a call of the instance runs."""
+    """Body of a function block, run by a call of the instance."""
     PROGRAM = "PROGRAM"
     METHOD = "METHOD"
     ACTION = "ACTION"
@@ -41,7 +41,7 @@ class Routine:
     """Unique: the name in lower case. A GET is `fb_motor.__getspeed`, a SET `….__setspeed`, the
     body of a block or program the name of that, `create` is `fb_motor.__create`."""
     name: str
-    """As written: `FB_Motor.Start`."""
+    """Name in the source: `FB_Motor.Start`."""
     kind: RoutineKind
     owner: str
     """Key of the block, unit or record it belongs to; empty for a function."""
@@ -56,7 +56,7 @@ class Routine:
     in/outs (of a ReferenceType, an address in the frame) and outputs; an in/out ARRAY [*] is
     followed by its hidden bounds, DINT lower and upper of each dimension."""
     result: Variable[Any, Any] | None
-    """In the frame; it has the routine's name."""
+    """Result in the frame; it has the routine's name."""
     frame: StructType[Any]
     """Everything in the frame, in this order: result, parameters, locals, temporaries. Routines
     that override each other begin alike."""
@@ -162,15 +162,15 @@ class TypedProject:
     blocks: Mapping[str, TypedBlock]
     records: Mapping[str, TypedRecord]
     units: Mapping[str, TypedUnit]
-    """In the order they are created."""
+    """Units in the order of their creation."""
     interfaces: Mapping[str, TypedInterface]
     statics: Sequence[StaticBase] = ()
     """VAR_STAT of functions, methods and blocks; those of blocks are among their type's members,
     too."""
     init_calls: Sequence[InitCall] = ()
-    """In the order of their slots."""
+    """Calls in the order of their slots."""
     online_change_calls: Sequence[InitCall] = ()
-    """In the order of their slots."""
+    """Calls in the order of their slots."""
     type_change_calls: Sequence[TypeChangeCall] = ()
     faults: Sequence[Diagnostic] = ()
     warnings: Sequence[Diagnostic] = ()

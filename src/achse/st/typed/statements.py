@@ -49,7 +49,7 @@ class CaseSelection:
     """CASE: the first choice that has the selector's value; none: `otherwise`. No fall-through."""
 
     selector: TypedValue
-    """Of an IntegerType; a BOOL selector comes converted."""
+    """Selector of an IntegerType; a BOOL selector is converted before."""
     choices: tuple[TypedChoice, ...]
     otherwise: "TypedStatements"
     at: int = place()
@@ -124,7 +124,7 @@ class JumpTo:
     """JMP. The mark is in the same list of statements or in one around it."""
 
     label: str
-    """In lower case."""
+    """Label in lower case."""
     at: int = place()
 
 

@@ -22,7 +22,7 @@ class TrialLimits:
     """Limits of a run; one that goes beyond does not end."""
 
     seconds: float
-    """Of PLC time."""
+    """Seconds of PLC time."""
     budget: int | None = None
     """Loop passes and calls in one cycle; None: those of every PLC."""
 
@@ -33,7 +33,7 @@ class BaseRun:
 
     outcomes: dict[TestKey, TestOutcome]
     suites: tuple[dict[int, str], ...]
-    """Of each PLC the names of its suites, by their numbers in TcUnit's list."""
+    """Names of the suites of each PLC, by their numbers in TcUnit's list."""
     reaches: tuple[SuiteReach, ...]
     seconds: float
     """PLC time until all tests had ended."""

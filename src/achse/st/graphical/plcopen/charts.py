@@ -35,7 +35,7 @@ class InlineAction(NamedTuple):
     name: str
     text: str
     line: int
-    """Of the first sign, from 1, in the text of the chart."""
+    """Line of the first sign, from 1, in the text of the chart."""
     column: int
 
 
