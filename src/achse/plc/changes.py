@@ -104,7 +104,7 @@ def _declared(variable: Variable[Any, Any]) -> Row:
 
 
 def _types(units: Iterable[PlacedUnit]) -> list[Row]:
-    """All types of the units with their data beyond the GUID."""
+    """Return all types of the units with their data beyond the GUID."""
     roots = [unit.instance.__iec__ for unit in units]
     return sorted((_type(one) for one in types_within(roots)), key=lambda row: str(row[0]).lower())
 

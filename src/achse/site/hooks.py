@@ -46,7 +46,7 @@ _NAME = re.compile(r"`(\w+)`")
 
 @cache
 def _pages() -> dict[str, str]:
-    """All files outside docs/ that are pages: by path in the repository, the place in the site."""
+    """Return the pages outside docs/: place in the site by path in the repository."""
     examples = {
         str(path.relative_to(ROOT)): str(path.relative_to(ROOT))
         for path in sorted((ROOT / "examples").rglob("*.md"))

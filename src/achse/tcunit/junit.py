@@ -78,7 +78,7 @@ def _case(node: Tree.Element, test: UnitTest) -> None:
 
 
 def xml_text(text: str) -> str:
-    """Without what no XML document may have."""
+    """Return a text without characters that XML forbids."""
     return _NOT_IN_XML.sub("?", text)
 
 

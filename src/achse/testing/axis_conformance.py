@@ -140,7 +140,7 @@ class _Check:
     # what is there
 
     def rows(self) -> Iterator[str]:
-        """Each number that can be read is there with its size."""
+        """Check that each readable number exists with its size."""
         for base, rows, _ in AXIS_GROUPS[:4]:
             for row in rows:
                 if READ not in row.access or isinstance(row.codec, tuple):
@@ -218,7 +218,7 @@ class _Check:
         self.until(lambda: not self.state() & StateBit.HAS_JOB, _PATIENCE_S)
 
     def disabled(self, distance: float, velocity: float) -> Iterator[str]:
-        """Without enables nothing moves, and wrong starts are refused."""
+        """Check that nothing moves without enables, and wrong starts are refused."""
         self.write("control_dword", 0)
         self._wait(10 * _SAMPLE_S)
         position = self.read("set_position")

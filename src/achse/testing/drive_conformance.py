@@ -94,7 +94,7 @@ class _Check:
                 )
 
     def states(self) -> Iterator[str]:
-        """Each request in each state, from Init up to SafeOp."""
+        """Check each request in each state, from Init up to SafeOp."""
         yield from self._go(AlState.INIT)
         wrong: tuple[tuple[int, tuple[tuple[int, AlStatus], ...]], ...] = (
             (
@@ -142,7 +142,7 @@ class _Check:
             )
 
     def dictionary(self) -> Iterator[str]:
-        """Every row: length, access, range; in PreOp."""
+        """Check length, access and range of every row in PreOp."""
         for row in ROWS:
             try:
                 data = self._drive.read(row.index, row.subindex)

@@ -71,7 +71,7 @@ class Heap:
         self.clear()
 
     def clear(self) -> None:
-        """Nothing is in use."""
+        """Forget all used bytes and records."""
         self._free = [(0, HEAP_SIZE)]
         self._used.clear()
         self._records.clear()

@@ -128,7 +128,7 @@ def _real_text(value: float, type: IecType[Any]) -> str:
 
 
 def text_written(value: Any, source: IecType[Any], target: StringType) -> bytes:
-    """Any elementary value as a text."""
+    """Return an elementary value as a text."""
     if isinstance(source, BoolType):
         text = "TRUE" if value else "FALSE"
     elif isinstance(source, RealType):

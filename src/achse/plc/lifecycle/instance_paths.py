@@ -65,7 +65,7 @@ def _has_path(type: IecType[Any], known: dict[int, bool]) -> bool:
 def _texts(
     type: IecType[Any], name: str, offset: int, known: dict[int, bool]
 ) -> Iterator[tuple[StringType, int, str]]:
-    """Each text that takes a path: its type, its offset, the path."""
+    """Return the texts for paths: type, offset and path of each."""
     real = resolved(type)
     if isinstance(real, ArrayType):
         size = real.element.size

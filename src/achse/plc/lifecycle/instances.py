@@ -102,7 +102,7 @@ class InstanceLifecycle:
                 self._part(unit.exit, moves.gone, False)
 
     def reinit(self, moves: InstanceMoves) -> None:
-        """After values were copied: FB_reinit."""
+        """Run FB_reinit after values were copied."""
         with outside_cycle(self._execution):
             for unit in self._project.units.values():
                 self._part(unit.reinit, moves.copied)

@@ -41,7 +41,7 @@ class CallLowering(PlaceLowering):
     def call_effects(
         self, call: Invocation, *, alone: bool
     ) -> tuple[list[nodes.LoweredValue], nodes.LoweredValue | None]:
-        """All that a call does, in order; its value, unless that is the last effect."""
+        """Return all effects of a call in order, and its value unless that is the last effect."""
         target = call.target
         if isinstance(target, DirectTarget):
             routine, entry = self.project.routine(target.routine), None
@@ -102,7 +102,7 @@ class CallLowering(PlaceLowering):
     def arguments(
         self, routine: Routine, inputs: tuple[Stored, ...]
     ) -> tuple[tuple[Variable[Any, Any], nodes.LoweredValue], ...]:
-        """All arguments, in the order they are evaluated; left out ones start as declared."""
+        """Return all arguments in the order of evaluation; omitted ones start as declared."""
         parameters = {parameter.offset: parameter for parameter in parameters_of(routine)}
         parameters_in_order = [parameters.pop(one.storage.offset) for one in inputs]
         arguments = zip(

@@ -37,7 +37,7 @@ class ModuleNotes:
     """Routines that stay plain, and why."""
 
     def packed(self) -> bytes:
-        """All of it, for the cache."""
+        """Return all notes for the cache."""
         rows = (self.entries, self.callbacks, self.outside, self.texts, self.plain)
         return marshal.dumps((self.sites.content, *rows))
 

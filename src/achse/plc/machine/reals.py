@@ -98,7 +98,7 @@ class RealTranslator:
         return b.reinterpret(b.constant(kind, bits), type)
 
     def _loudly_divided(self, left: Operand, right: Operand) -> Operand:
-        """With exceptions on: only infinity may be divided by 0."""
+        """Divide with exceptions on: only infinity may be divided by 0."""
         of = self._of
         b = of.builder
         zero = b.constant(right.type, 0.0)

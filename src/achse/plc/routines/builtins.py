@@ -100,7 +100,7 @@ class Services(Protocol):
         ...
 
     def forget(self) -> None:
-        """All variables begin again, or are somewhere else now."""
+        """Forget addresses: all variables begin again or have moved."""
         ...
 
 

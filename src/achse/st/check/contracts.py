@@ -60,7 +60,7 @@ class Contracts:
     def _check_variables(
         self, entry: DeclaredUnit, tree: FunctionBlock | Program | GlobalList
     ) -> None:
-        """There is no instance of an abstract block."""
+        """Report instances of abstract blocks."""
         try:
             if isinstance(tree, FunctionBlock):
                 type = self._names.entry_type(entry, tree.at)

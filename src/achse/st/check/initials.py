@@ -213,7 +213,7 @@ class Initials:
     def _placed(
         self, storage: Storage, type: ArrayType[Any], initial: ArrayInitial
     ) -> Iterator[tuple[Storage, Initial]]:
-        """Each element that is given a value, and the value."""
+        """Return the elements with a value, and the values."""
         element = type.element
         for position, value in enumerate(self._flattened(type, initial.values)):
             if position >= type.count:

@@ -429,7 +429,7 @@ class StatementChecker:
 
 
 def _labels_within(statements: Statements) -> Iterator[Label]:
-    """All labels of a body, however deep."""
+    """Return all labels of a body at any depth."""
     for statement in statements:
         match statement:
             case Label():

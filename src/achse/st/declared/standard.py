@@ -80,7 +80,7 @@ class LibraryUnit(NamedTuple):
 
 @cache
 def library_files() -> Sequence[LibraryFile]:
-    """All files of all libraries, in a fixed order, read once. Raises `SourceError`."""
+    """Return all files of all libraries in a fixed order, read once. Raises `SourceError`."""
     sources: list[Source] = []
     for name, text in libraries.sources():
         source = Source(text, name)

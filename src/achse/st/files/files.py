@@ -162,7 +162,7 @@ def _is_plcopen(path: Path) -> bool:
 
 
 def files_below(folder: Path) -> list[Path]:
-    """All that is in a folder and not hidden, in a fixed order.
+    """Return all files in a folder that are not hidden, in a fixed order.
 
     Raises `SourceError` for a folder with more than 200,000 entries: that is not a project.
     """

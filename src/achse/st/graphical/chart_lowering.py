@@ -482,7 +482,7 @@ class _Lowering(BodyStatements):
         self._when(self._enabled(left, start), start, choose)
 
     def _enabled(self, left: tuple[ChartStep, ...], at: int) -> Expression:
-        """All steps in front of a transition are active, and for their minimum time."""
+        """Return a condition: all steps before a transition are active for their minimum time."""
         condition: Expression | None = None
         for step in left:
             terms = [self._member(step, "x", at)]

@@ -98,7 +98,7 @@ class Conditions:
         self._outside = dict(self._defines)
 
     def end_object(self) -> None:
-        """It ends."""
+        """End the object."""
         self._defines = dict(self._outside)
 
     def take(self, pragma: str) -> str:

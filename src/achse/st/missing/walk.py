@@ -110,7 +110,7 @@ class MissingNames:
     # types -----------------------------------------------------------------------------------
 
     def _in_types(self, entry: DeclaredUnit) -> None:
-        """Every type that a unit names, so that expressions know later which are missing."""
+        """Visit every type that a unit names, so that expressions know the missing ones later."""
         tree = entry.tree
         scope = self._scopes.scope(entry)
         for extended in bases_of(tree):

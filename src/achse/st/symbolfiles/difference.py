@@ -27,7 +27,7 @@ class Change(NamedTuple):
 
 
 def differences(old: SymbolFile, new: SymbolFile, *, places: bool = True) -> list[Change]:
-    """Every difference, types first, by name. Without `places` addresses may differ."""
+    """Return every difference, types first, by name. Without `places` addresses may differ."""
     return [
         *_compared("type", dict(_types(old)), dict(_types(new))),
         *_compared("variable", dict(_variables(old, places)), dict(_variables(new, places))),

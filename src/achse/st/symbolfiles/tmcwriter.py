@@ -233,7 +233,7 @@ def item_properties(member: Variable[Any, Any]) -> list[tuple[str, str]]:
 
 
 def bits_of(variable: Variable[Any, Any]) -> int:
-    """Its size in bits."""
+    """Return the size in bits."""
     return 1 if variable.type.is_bit else 8 * variable.type.size
 
 

@@ -104,7 +104,7 @@ class FileTypes:
                 self._by_guid.setdefault(tag.attributes["GUID"].upper(), name)
 
     def all(self) -> list[IecType[Any]]:
-        """Every type that the file defines."""
+        """Return every type that the file defines."""
         types = (self._find(name) for name in self._elements)
         return [type for type in types if type is not None]
 

@@ -245,7 +245,7 @@ class DeclarationParser:
     # variables -----------------------------------------------------------------------------
 
     def var_blocks(self, sections: Collection[str] = SECTIONS) -> tuple[VarBlock, ...]:
-        """All VAR blocks that follow each other."""
+        """Parse all VAR blocks that follow each other."""
         blocks = []
         while self._kinds[self._cursor.position] in sections:
             blocks.append(self._var_block())

@@ -141,7 +141,7 @@ class Parser:
         return result
 
     def units(self, name: str, end: str = END) -> tuple[Unit, ...]:
-        """All units up to the end; VAR_GLOBAL blocks go into one list called `name`."""
+        """Parse all units up to the end; VAR_GLOBAL blocks go into one list called `name`."""
         cursor = self._cursor
         units: list[Unit] = []
         blocks: list[VarBlock] = []

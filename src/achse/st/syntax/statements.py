@@ -60,7 +60,7 @@ class StatementParser:
         self._starts = cursor.starts
 
     def statements(self, in_case: bool = False) -> Statements:
-        """All statements up to a word that ends them; in a CASE also up to a label."""
+        """Parse all statements up to a word that ends them; in a CASE also up to a label."""
         cursor = self._cursor
         kinds = self._kinds
         statements: list[Statement] = []

@@ -140,7 +140,7 @@ class _Campaign:
     # mutants ---------------------------------------------------------------------------------
 
     def _planted(self) -> Iterator[_Planted]:
-        """All mutants that do something else than the code without them, and than each other."""
+        """Return all mutants that differ in effect from the original code and from each other."""
         for plc, tests in enumerate(self._bench.plcs):
             counters = tests.counters
             assert counters is not None

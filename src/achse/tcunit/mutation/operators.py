@@ -290,7 +290,7 @@ class _Walk:
             yield changed(statement, otherwise=body), site
 
     def _whole(self, statement: Any) -> _Variants:
-        """Any statement, field by field."""
+        """Return the variants of any statement, field by field."""
         kind: type = type(statement)
         for name in field_names(kind):
             part = getattr(statement, name)

@@ -67,7 +67,7 @@ class MutantResult:
 
 
 def _shortened(old: list[str], new: list[str]) -> tuple[list[str], list[str]]:
-    """Without lines that are the same at the end."""
+    """Return both without equal lines at the end."""
     while len(old) > 1 and len(new) > 1 and old[-1] == new[-1]:
         old, new = old[:-1], new[:-1]
     return old, new
