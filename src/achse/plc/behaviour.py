@@ -27,7 +27,7 @@ def with_behaviour(
     behaviours: Iterable[type],
     types: Iterable[IecType[Any]] = (),
 ) -> list[type[StaticRecord]]:
-    """The units, with the classes of those that `behaviours` has one for.
+    """Return the units, with the classes of those that `behaviours` has one for.
 
     Function blocks are found among `types` and in the variables of the units. Raises
     `DeclarationError` for a behaviour of nothing, or a second one of the same.

@@ -151,7 +151,7 @@ class Region:
     # allocation ------------------------------------------------------------------------------
 
     def allocate(self, size: int, alignment: int = 1) -> int:
-        """The byte offset of `size` new bytes, a multiple of `alignment`.
+        """Return the byte offset of `size` new bytes, a multiple of `alignment`.
 
         Raises AreaFullError if a process image or the flag memory is full.
         """
@@ -272,7 +272,7 @@ class Region:
         _fill(self.data, {})
 
     def snapshot(self) -> Buffer:
-        """A copy of the content."""
+        """Return a copy of the content."""
         copy = _zeros(len(self.data))
         _fill(copy, dict(_pieces(self.data)))
         return copy
@@ -285,7 +285,7 @@ class Region:
                 self.data[start : start + len(then)] = then
 
     def digest(self) -> bytes:
-        """A hash of the content, 16 bytes."""
+        """Return a hash of the content, 16 bytes."""
         state = hashlib.blake2b(len(self.data).to_bytes(8, "little"), digest_size=16)
         for start, piece in _pieces(self.data):
             state.update(start.to_bytes(8, "little"))
@@ -368,7 +368,7 @@ class Memory:
             region.reset(origin=origin)
 
     def digest(self) -> bytes:
-        """A hash of the whole content, 16 bytes: equal memories have equal digests."""
+        """Return a hash of the whole content, 16 bytes: equal memories have equal digests."""
         state = hashlib.blake2b(digest_size=16)
         for region in self.regions.values():
             state.update(region.digest())

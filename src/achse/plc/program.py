@@ -204,7 +204,7 @@ def place_statics(units: Iterable[PlacedUnit], memory: Memory) -> list[PlacedVar
 
 
 def _owner(type: StructType[Any], variable: Variable[Any, Any]) -> StructType[Any]:
-    """The type that declares a member: itself, or a base of it."""
+    """Return the type that declares a member: itself, or a base of it."""
     here: StructType[Any] | None = type
     while here is not None:
         if any(own is variable for own in here.own_members):
@@ -234,7 +234,7 @@ def hand_to_blocks(units: Iterable[PlacedUnit], partners: Mapping[object, object
 
 
 def partner_names(cls: type) -> set[str]:
-    """The attributes that `PlacedUnit.start` may set."""
+    """Return the attributes that `PlacedUnit.start` may set."""
     return {name for name, _ in _annotations(cls)}
 
 

@@ -156,7 +156,7 @@ class PlcRuntime:
             replaced.close()
 
     def unit(self, declared: type[U]) -> U:
-        """The instance of a program or variable list. KeyError if the PLC has none."""
+        """Return the instance of a program or variable list. KeyError if the PLC has none."""
         instance = self._by_class[declared].instance
         assert isinstance(instance, declared)
         return instance
@@ -182,7 +182,7 @@ class PlcRuntime:
         raise KeyError(name)
 
     def task_of(self, unit: PlacedUnit) -> Task:
-        """The first task that calls the program; the first of all for a variable list."""
+        """Return the first task that calls the program; the first of all for a variable list."""
         declared = type(unit.instance)
         return next((task for task in self.tasks if declared in task.programs), self.tasks[0])
 
@@ -258,7 +258,7 @@ class PlcRuntime:
     # debugging -------------------------------------------------------------------------------
 
     def debug(self) -> "Debugger":
-        """The debugger of this PLC, from now on until `end_debugging`.
+        """Return the debugger of this PLC, from now on until `end_debugging`.
 
         Meanwhile its code is a debug build, which is slower. Raises `DebugError` if it runs no
         Structured Text.
@@ -569,7 +569,7 @@ class PlcRuntime:
         return self.bodies.cycle_of(unit.name)
 
     def digest(self) -> bytes:
-        """A hash of memory, state, and tasks with their counters, 16 bytes.
+        """Return a hash of memory, state, and tasks with their counters, 16 bytes.
 
         Plain Python attributes of programs are not in it.
         """

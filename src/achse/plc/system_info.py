@@ -36,7 +36,7 @@ def lists_of_runtime(tasks: Iterable[_Named]) -> list[type[GlobalVariables]]:
 def system_info_list(
     tasks: Sequence[Task], *, app_name: str, project_name: str, port: int, timestamp: int
 ) -> type[GlobalVariables]:
-    """The list for these tasks: `_AppInfo` and `_TaskInfo[1..n]`.
+    """Return the list for these tasks: `_AppInfo` and `_TaskInfo[1..n]`.
 
     `timestamp`: when the application was made, seconds since 1970. Long names are cut to 63
     bytes of cp1252.

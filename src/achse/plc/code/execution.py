@@ -298,7 +298,7 @@ class Execution:
         return EmittedProgram(codes, left_out, dict(self._linker.constants))
 
     def _all_tables(self) -> dict[int, dict[str, Callable[..., Any]]]:
-        """The functions that calls through an address find, by the number of the block."""
+        """Return the functions that calls through an address find, by the number of the block."""
         return {
             number: {
                 name: self.namespace[self._linker.name_of(key)]
@@ -318,7 +318,7 @@ class Execution:
         return lambda *_, **__: _unavailable(f"{routine.name}: {reason}")
 
     def function(self, key: str) -> Callable[..., Any]:
-        """The function of a routine. KeyError if there is none."""
+        """Return the function of a routine. KeyError if there is none."""
         if key not in self.project.routines:
             raise KeyError(key)
         function: Callable[..., Any] = self.namespace[self._linker.name_of(key)]
@@ -393,7 +393,7 @@ class Execution:
         return self.budget - int(self._fuel[0])
 
     def part(self, key: str, wanted: Callable[[TypedStatement], bool]) -> Callable[..., Any] | None:
-        """A routine of a unit with the wanted ones of its statements; None without any."""
+        """Return a routine of a unit with the wanted ones of its statements; None without any."""
         routine = self.project.routines.get(key)
         body = () if routine is None else tuple(filter(wanted, routine.body or ()))
         if routine is None or not body or key in self.left_out:
@@ -404,7 +404,7 @@ class Execution:
         return function
 
     def type_at(self, address: int) -> StructType[Any] | None:
-        """The type of the function block at an address; None if there is none."""
+        """Return the type of the function block at an address; None if there is none."""
         block = self.project.block_numbered.get(self._number_at(address))
         return None if block is None else block.type
 
@@ -465,14 +465,14 @@ class Execution:
         self._spent(size // BYTES_A_PASS, b"")
 
     def _spent(self, passes: int, value: bytes) -> bytes:
-        """A value that took that many passes of the budget."""
+        """Return a value that took that many passes of the budget."""
         self._fuel[0] -= passes
         if self._fuel[0] < 0:
             self._exhausted()
         return value
 
     def _spent_for(self, value: bytes) -> bytes:
-        """A text that took from the budget by its length."""
+        """Return a text that took from the budget by its length."""
         return self._spent(len(value) // BYTES_A_PASS, value)
 
     def _find_in_large(self, text: bytes, other: bytes, unit: int) -> int:
@@ -568,7 +568,7 @@ def _enum_name(number: int, names: Mapping[int, bytes]) -> bytes:
 
 
 def _composed(image: bytes, places: tuple[tuple[int, str], ...], values: tuple[Any, ...]) -> bytes:
-    """A record made on the spot: an image with values put over it."""
+    """Return a record made on the spot: an image with values put over it."""
     record = bytearray(image)
     for (offset, code), value in zip(places, values, strict=True):
         struct.pack_into(f"<{code}", record, offset, value)

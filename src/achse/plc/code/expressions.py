@@ -88,7 +88,7 @@ class ExpressionWriter:
         """Temporaries of the lowered form."""
 
     def temporary(self) -> str:
-        """A Python variable that nothing else uses."""
+        """Return a Python variable that nothing else uses."""
         self._temporaries += 1
         return f"x{self._temporaries}"
 
@@ -101,7 +101,7 @@ class ExpressionWriter:
     # values ----------------------------------------------------------------------------------
 
     def exact_value(self, value: nodes.LoweredValue) -> CodeExpression:
-        """A value in the range of its type."""
+        """Return a value in the range of its type."""
         piece = self.value(value)
         type = value.type
         if type is not None and is_whole(type):
@@ -111,16 +111,16 @@ class ExpressionWriter:
         return piece
 
     def condition(self, value: nodes.LoweredValue) -> str:
-        """A BOOL where only its truth counts."""
+        """Return a BOOL where only its truth counts."""
         text = self.value(value).text
         return text.removesuffix(" != 0") if text.count(" ") == 2 else text
 
     def value(self, value: nodes.LoweredValue) -> CodeExpression:
-        """A value; a whole number right in its low bits, a REAL perhaps not rounded yet."""
+        """Return a value; a whole number right in its low bits, a REAL perhaps not rounded yet."""
         return _WRITERS[type(value)](self, value)
 
     def effect(self, value: nodes.LoweredValue) -> str:
-        """A line that evaluates a value for what it does."""
+        """Return a line that evaluates a value for what it does."""
         if isinstance(value, nodes.StoreValue) and (value.value_first or not value.place.terms):
             return self.storages.store_statement(value.place, self.value(value.value))
         if isinstance(value, nodes.Keep):
@@ -134,13 +134,13 @@ class ExpressionWriter:
         return ", ".join(self.exact_value(one).text for one in values)
 
     def keep(self, temporary: nodes.Temporary) -> str:
-        """The Python variable that a temporary is."""
+        """Return the Python variable that a temporary is."""
         name = self.temporary()
         self.temporaries[temporary.number] = ranged(name, temporary.type)
         return name
 
     def known(self, value: Known) -> CodeExpression:
-        """A constant."""
+        """Return a constant."""
         known = value.value
         if isinstance(known, bool):
             return CodeExpression(str(known))
@@ -155,7 +155,7 @@ class ExpressionWriter:
         return CodeExpression(repr(known) if len(known) <= 64 else self.linker.constant(known))
 
     def keeping(self, value: nodes.Keep) -> CodeExpression:
-        """A value that is needed again."""
+        """Return a value that is needed again."""
         piece = self.exact_value(value.value)
         if value.is_repeatable:
             self.temporaries[value.temporary.number] = piece
@@ -165,7 +165,7 @@ class ExpressionWriter:
         )
 
     def check(self, value: nodes.Check) -> CodeExpression:
-        """A real that is not NaN unless an operand is."""
+        """Return a real that is not NaN unless an operand is."""
         text, name = self.value(value.value).text, self.temporary()
         leaves = self._listed(value.operands)
         checked = f"({name} if ({name} := {text}) == {name} else invalid({leaves}))"
@@ -192,18 +192,18 @@ class ExpressionWriter:
         return piece._replace(text=text, level=ATOM)
 
     def condition_bit(self, value: nodes.ConditionBit) -> CodeExpression:
-        """A condition, which is a bit of a vector, too."""
+        """Return a condition, which is a bit of a vector, too."""
         name, text = self.temporaries[value.vector.number].text, self.value(value.value).text
         return CodeExpression(f"(({name} := {name} | {1 << value.bit}) > 0 if {text} else False)")
 
     def count_vector(self, value: nodes.CountVector) -> CodeExpression:
-        """A decision, and one more in the counter of its vector."""
+        """Return a decision, and one more in the counter of its vector."""
         name = self.keep(value.vector)
         text = self.value(value.value).text
         return CodeExpression(f"({name} := 0, {text}, count({value.first} + {name}))[1]")
 
     def record(self, value: nodes.RecordValue) -> CodeExpression:
-        """A record made on the spot."""
+        """Return a record made on the spot."""
         places = []
         for offset, part in value.parts:
             assert part.type is not None
@@ -215,14 +215,14 @@ class ExpressionWriter:
     # calls -----------------------------------------------------------------------------------
 
     def call(self, call: nodes.RoutineCall) -> CodeExpression:
-        """A call; with outputs, a tuple of result and outputs."""
+        """Return a call; with outputs, a tuple of result and outputs."""
         if not call.outputs:
             return ranged(self._call_text(call), call.type)
         name, text = self._call_with_outputs(call)
         return CodeExpression(f"({name} := {text})")
 
     def _call_with_outputs(self, call: nodes.RoutineCall) -> tuple[str, str]:
-        """The Python variable that the results are in, and the call."""
+        """Return the Python variable that the results are in, and the call."""
         text, name = self._call_text(call), self.temporary()
         for number, output in enumerate(call.outputs):
             self.temporaries[output.number] = ranged(f"{name}[{number}]", output.type)
@@ -258,7 +258,7 @@ class ExpressionWriter:
         return ranged(text, value.type)
 
     def service(self, value: nodes.RuntimeCall) -> CodeExpression:
-        """A function of the runtime."""
+        """Return a function of the runtime."""
         texts = [self.exact_value(one).text for one in value.operands]
         if value.argument is not None:
             texts.append(repr(value.argument))
@@ -267,7 +267,7 @@ class ExpressionWriter:
     # conversions -----------------------------------------------------------------------------
 
     def converted(self, value: nodes.Convert) -> CodeExpression:
-        """A value at another type."""
+        """Return a value at another type."""
         operand, target, source = value.operand, value.type, value.operand.type
         assert source is not None
         match value.rule:
@@ -304,7 +304,7 @@ class ExpressionWriter:
         return CodeExpression(f"{self.value(operand).at(ATOM)}[:{target.unit * target.length}]")
 
     def external(self, value: nodes.External) -> CodeExpression:
-        """A conversion from or to text."""
+        """Return a conversion from or to text."""
         piece, source, target = self.exact_value(value.operand), value.source, value.type
         if isinstance(source, EnumName):
             assert isinstance(target, StringType)
@@ -317,7 +317,7 @@ class ExpressionWriter:
     # operators -------------------------------------------------------------------------------
 
     def computed(self, value: nodes.Compute) -> CodeExpression:
-        """An operator."""
+        """Return an operator."""
         operator, operands, type = value.operator, value.operands, value.type
         is_real = isinstance(type, RealType)
         if operator in _ARITHMETIC and not is_real:
@@ -350,7 +350,7 @@ def _called(name: str, pieces: Sequence[CodeExpression], more: str = "") -> str:
 
 
 def _one_of(text: str, pieces: Sequence[CodeExpression]) -> CodeExpression:
-    """A text that is one of several values."""
+    """Return a text that is one of several values."""
     low, high = min(piece.low for piece in pieces), max(piece.high for piece in pieces)
     return CodeExpression(text, ATOM, low, high)
 
@@ -390,7 +390,7 @@ def _real(
 def _whole(
     operator: Operator, pieces: Sequence[CodeExpression], type: IntegerType
 ) -> CodeExpression:
-    """An operator of whole numbers."""
+    """Return an operator of whole numbers."""
     first = pieces[0]
     match operator:
         case Operator.NEG:

@@ -63,7 +63,7 @@ CATCHABLE = (PlcFault, IndexError, ZeroDivisionError, RecursionError, OverflowEr
 
 
 def code_of(failure: BaseException) -> int:
-    """The code of something that emitted code raised."""
+    """Return the code of something that emitted code raised."""
     if isinstance(failure, PlcFault):
         return failure.code
     for kind, code in _CODES:

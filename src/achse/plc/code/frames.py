@@ -77,7 +77,7 @@ class Heap:
         self._records.clear()
 
     def allocate(self, size: int) -> int:
-        """The address of new bytes; 0 if there are not so many in one piece."""
+        """Return the address of new bytes; 0 if there are not so many in one piece."""
         size = max(size + _ALIGNMENT - 1 & -_ALIGNMENT, _ALIGNMENT)
         for number, (offset, room) in enumerate(self._free):
             if room >= size:
@@ -99,7 +99,7 @@ class Heap:
             yield address, of, count
 
     def allocation(self, address: int) -> tuple[StructType[Any], int] | None:
-        """The records that are there; None if there are others or none."""
+        """Return the records that are there; None if there are others or none."""
         return self._records.get(address)
 
     def free(self, address: int) -> None:

@@ -38,11 +38,11 @@ class Linker:
         self._constant_names: dict[Any, str] = {}
 
     def name_of(self, key: str) -> str:
-        """The Python name of a routine."""
+        """Return the Python name of a routine."""
         return f"routine_{identifier(key)}"
 
     def constant(self, value: Any) -> str:
-        """The name of something that is not a literal of Python."""
+        """Return the name of something that is not a literal of Python."""
         key = _identity(value)
         name = self._constant_names.get(key)
         if name is None:

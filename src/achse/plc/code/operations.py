@@ -16,13 +16,13 @@ _single = memoryview(bytearray(4)).cast("f")
 
 
 def single(value: float) -> float:
-    """A number as REAL holds it; out of range: infinity."""
+    """Return a number as REAL holds it; out of range: infinity."""
     _single[0] = value
     return _single[0]
 
 
 def _truncated(value: float, lowest: int) -> int:
-    """A real as a DINT or LINT, towards zero; NaN and out of range: the lowest number."""
+    """Return a real as a DINT or LINT, towards zero; NaN and out of range: the lowest number."""
     return int(value) if lowest - 1.0 < value < -float(lowest) else lowest
 
 

@@ -19,7 +19,7 @@ def _violation(address: int) -> PlcFault:
 
 
 def _load(code: str, views: Views) -> Callable[[int], Any]:
-    """A function that reads the number at an address."""
+    """Return a function that reads the number at an address."""
     size = struct.calcsize(f"<{code}")
     low = size - 1
     shift = size.bit_length() - 1
@@ -40,7 +40,7 @@ def _load(code: str, views: Views) -> Callable[[int], Any]:
 
 
 def _store(code: str, views: Views) -> Callable[[int, Any], Any]:
-    """A function that writes a number at an address, and gives it back."""
+    """Return a function that writes a number at an address, and gives it back."""
     size = struct.calcsize(f"<{code}")
     low = size - 1
     shift = size.bit_length() - 1
@@ -101,11 +101,11 @@ def pointer_operations(views: Views) -> dict[str, Callable[..., Any]]:
         return value
 
     def load_text(address: int, length: int) -> bytes:
-        """A STRING: up to its NUL."""
+        """Return a STRING: up to its NUL."""
         return load_bytes(address, length).partition(b"\0")[0]
 
     def load_wide(address: int, length: int) -> bytes:
-        """A WSTRING: up to its NUL."""
+        """Return a WSTRING: up to its NUL."""
         data = load_bytes(address, length)
         end = data.find(b"\0\0")
         while end % 2 and end > 0:

@@ -19,12 +19,12 @@ from achse.st.typed.project import Routine
 
 
 def source_of(routine: Routine, linker: Linker) -> str:
-    """The Python source of a routine, for display."""
+    """Return the Python source of a routine, for display."""
     return "\n".join(line.text for line in emit_routine(routine, linker))
 
 
 def emit_routine(routine: Routine, linker: Linker) -> list[SourceLine]:
-    """The lines of the Python function that a routine is.
+    """Return the lines of the Python function that a routine is.
 
     With a probe, all variables of the frame are in memory, where a debugger finds them.
     """
@@ -118,13 +118,13 @@ def routine_code(
 
 
 def function_of(routine: Routine, code: CodeType, namespace: dict[str, Any]) -> FunctionType:
-    """The function of a routine, whose lines are those of the Structured Text."""
+    """Return the function of a routine, whose lines are those of the Structured Text."""
     # A copy: CPython specialises code for one namespace.
     return FunctionType(_named(code, routine.name, routine.source.path), namespace, code.co_name)
 
 
 def compiled(routine: Routine, lines: list[SourceLine], namespace: dict[str, Any]) -> FunctionType:
-    """The function of emitted lines."""
+    """Return the function of emitted lines."""
     return function_of(routine, routine_code(routine, lines), namespace)
 
 

@@ -45,7 +45,7 @@ class CodeExpression(NamedTuple):
     loose: bool = False
 
     def at(self, level: int) -> str:
-        """The text as an operand that binds at least that tight."""
+        """Return the text as an operand that binds at least that tight."""
         return self.text if self.level >= level else f"({self.text})"
 
 
@@ -60,7 +60,7 @@ def joined(
 
 
 def exact(piece: CodeExpression, type: IntegerType) -> CodeExpression:
-    """A whole number cut to the bits of a type, if it can be outside."""
+    """Return a whole number cut to the bits of a type, if it can be outside."""
     if type.low <= piece.low and piece.high <= type.high:
         return piece
     mask = (1 << 8 * type.size) - 1

@@ -185,7 +185,7 @@ class StatementWriter:
         self._lines.add(f"return {reason.value}")
 
     def results(self) -> str:
-        """The result; with outputs a tuple of it and them."""
+        """Return the result; with outputs a tuple of it and them."""
         routine = self._routine.routine
         texts = [self._of.value(value).text for value in self._routine.results]
         if len(texts) == (routine.result is not None):
@@ -346,7 +346,7 @@ class StatementWriter:
 
 
 def _counting(number: int) -> str:
-    """A line that counts."""
+    """Return a line that counts."""
     return f"COUNTS[{number}] += 1"
 
 

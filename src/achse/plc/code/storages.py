@@ -24,12 +24,12 @@ _SIZES = {"b": 1, "h": 2, "i": 4, "q": 8, "f": 4, "d": 8}
 
 
 def local_name(variable: Variable[Any, Any]) -> str:
-    """The Python variable that a variable of the frame is."""
+    """Return the Python variable that a variable of the frame is."""
     return variable_name(variable.name)
 
 
 def format_of(type: IecType[Any]) -> str:
-    """The format of a number in memory: of a BOOL that of its byte."""
+    """Return the format of a number in memory: of a BOOL that of its byte."""
     if isinstance(type, BoolType):
         return "B"
     return type.code if isinstance(type, RealType) else counted(type).code
@@ -164,7 +164,7 @@ class Storages:
         return self.store_expression(place, value).text
 
     def store_expression(self, place: ResolvedPlace, value: CodeExpression) -> CodeExpression:
-        """An expression that does it, place first, and is the value."""
+        """Return an expression that does it, place first, and is the value."""
         type = place.type
         if place.home is Home.LOCAL:
             return self._store_local(place, value)
@@ -212,7 +212,7 @@ class Storages:
 
 
 def ranged(text: str, type: IecType[Any] | None) -> CodeExpression:
-    """A text that is a value of a type."""
+    """Return a text that is a value of a type."""
     whole = _counted_or_none(type)
     if whole is None:
         return CodeExpression(text)
@@ -220,12 +220,12 @@ def ranged(text: str, type: IecType[Any] | None) -> CodeExpression:
 
 
 def _counted_or_none(type: IecType[Any] | None) -> IntegerType | None:
-    """The integer type that a value counts in; None for what is not a whole number."""
+    """Return the integer type that a value counts in; None for what is not a whole number."""
     return counted(type) if type is not None and is_whole(type) else None
 
 
 def _as_stored(type: IecType[Any], value: CodeExpression) -> CodeExpression:
-    """A value as its type holds it."""
+    """Return a value as its type holds it."""
     whole = _counted_or_none(type)
     if whole is not None:
         return exact(value, whole)
@@ -235,7 +235,7 @@ def _as_stored(type: IecType[Any], value: CodeExpression) -> CodeExpression:
 
 
 def _for_memory(type: IecType[Any], value: CodeExpression) -> tuple[str, str]:
-    """The format to store a number with, and the number: cut in the unsigned view, where a
+    """Return the format to store a number with, and the number: cut in the unsigned view, where a
     number outside its type needs no sign."""
     whole = _counted_or_none(type)
     if whole is None:
@@ -249,7 +249,7 @@ def _for_memory(type: IecType[Any], value: CodeExpression) -> tuple[str, str]:
 
 
 def encoded_from(value: Any, type: IecType[Any]) -> bytes:
-    """The bytes in memory of a value that emitted code made, of a flat type."""
+    """Return the bytes in memory of a value that emitted code made, of a flat type."""
     if isinstance(type, StringType):
         return bytes(value[: type.length * type.unit]).ljust(type.size, b"\0")
     if isinstance(type, BoolType):

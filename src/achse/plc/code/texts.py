@@ -79,7 +79,7 @@ def _length(text: bytes, unit: int) -> int:
 
 
 def _units(text: bytes) -> tuple[int, ...]:
-    """A WSTRING as numbers, which compare as its characters do."""
+    """Return a WSTRING as numbers, which compare as its characters do."""
     return tuple(memoryview(text).cast("H"))
 
 
@@ -110,7 +110,7 @@ def _character(one: str, type: StringType) -> bytes:
 
 
 def recoded(text: bytes, source: StringType, target: StringType) -> bytes:
-    """A text in another coding, cut to what the type holds."""
+    """Return a text in another coding, cut to what the type holds."""
     return _coded(_decoded(text, source), target)
 
 
@@ -141,7 +141,7 @@ def text_written(value: Any, source: IecType[Any], target: StringType) -> bytes:
 
 
 def text_read(text: bytes, source: StringType, target: IecType[Any]) -> Any:
-    """The value that a text begins with; 0 if it begins with none."""
+    """Return the value that a text begins with; 0 if it begins with none."""
     written = _decoded(text, source)
     if isinstance(target, BoolType):
         return written.startswith(("TRUE", "true"))

@@ -15,7 +15,7 @@ _HEAD = (
 
 
 def cobertura_xml(result: CoverageResult, *, version: str, timestamp: int = 0) -> str:
-    """The document. `timestamp`: Unix time, ms."""
+    """Return the document. `timestamp`: Unix time, ms."""
     lines = [hits for file in result for hits in file.lines.values()]
     covered = result.covered
     root = ElementTree.Element(

@@ -109,7 +109,7 @@ class ConditionTexts:
         return self._kinds
 
     def of(self, at: int, number: int) -> str:
-        """The condition around an offset; of a drawing its number, from 0, in words."""
+        """Return the condition around an offset; of a drawing its number, from 0, in words."""
         if at > len(self._source.text):
             return f"condition {number + 1}"
         kinds = self._scan()
@@ -122,7 +122,7 @@ class ConditionTexts:
         return text if len(text) <= _LONGEST else f"{text[: _LONGEST - 1]}…"
 
     def _edge(self, here: int, step: int) -> int:
-        """The outermost token of a condition, in one direction."""
+        """Return the outermost token of a condition, in one direction."""
         kinds = self._kinds or []
         opening, closing = ("([", ")]") if step > 0 else (")]", "([")
         depth = 1 if kinds[here] in opening else 0

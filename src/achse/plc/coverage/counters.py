@@ -82,7 +82,7 @@ class _Texts:
             insort(self._begins.setdefault(id(routine.source), []), routine.at)
 
     def of(self, routine: Routine) -> tuple[str, bytes]:
-        """The text; of a source with drawings all of it."""
+        """Return the text; of a source with drawings all of it."""
         source = routine.source
         if source.drawings:
             return "", source.digest

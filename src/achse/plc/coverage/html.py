@@ -24,7 +24,7 @@ _COLUMNS = "<th>all</th><th>statements</th><th>branches</th><th>conditions</th>"
 
 
 def page_of(result: CoverageResult, *, title: str = "Coverage") -> str:
-    """The page; it refers to nothing outside."""
+    """Return the page; it refers to nothing outside."""
     total = f"{result.covered.percent:.1f}%"
     rows = [_row(f'<a href="#f{n}">{escape(f.path)}</a>', f.covered) for n, f in enumerate(result)]
     files = [part for number, file in enumerate(result) for part in _file(number, file)]
@@ -53,7 +53,7 @@ def _row(name: str, covered: CoveredShare) -> str:
 
 
 def _share(part: int, whole: int) -> str:
-    """A share; empty of nothing."""
+    """Return a share; empty of nothing."""
     return f"{part}/{whole}" if whole else ""
 
 

@@ -6,7 +6,7 @@ from achse.plc.coverage.results import CoverageResult, FileCoverage
 
 
 def tracefile_of(result: CoverageResult) -> str:
-    """The text of a tracefile."""
+    """Return the text of a tracefile."""
     return "".join(f"{line}\n" for file in result for line in _record(file))
 
 

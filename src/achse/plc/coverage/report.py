@@ -29,5 +29,5 @@ FORMS: Mapping[str, Callable[[CoverageResult], str]] = {
 
 
 def report_of(result: CoverageResult, file: Path) -> str:
-    """The content of a file whose ending is one of `FORMS`."""
+    """Return the content of a file whose ending is one of `FORMS`."""
     return FORMS[file.suffix.lower()](result)

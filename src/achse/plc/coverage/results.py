@@ -62,7 +62,7 @@ class CoveredShare:
 
 
 def _percent(part: int, whole: int) -> float:
-    """A share in per cent; 100 of nothing."""
+    """Return a share in per cent; 100 of nothing."""
     return 100.0 * part / whole if whole else 100.0
 
 
@@ -182,7 +182,7 @@ def measured(
     path_of: Callable[[str], str] = str,
     wanted: Callable[[Routine], bool] = lambda _: True,
 ) -> CoverageResult:
-    """The present numbers of one PLC or several: those of a file that they share are added.
+    """Return the present numbers of one PLC or several: those of a file that they share are added.
 
     `path_of` gives the path to open a source by, from its name in faults.
     """
@@ -266,7 +266,7 @@ def _ways(branches: Iterable[BranchHits]) -> tuple[BranchHits, ...]:
 
 
 def _sum(one: RoutineCoverage, other: RoutineCoverage) -> RoutineCoverage:
-    """The same routine in two PLCs."""
+    """Return the same routine in two PLCs."""
     return RoutineCoverage(
         one.name,
         one.line,

@@ -9,7 +9,7 @@ _MOST_MISSING = 12
 
 
 def summary_of(result: CoverageResult) -> str:
-    """The table; its last row begins with TOTAL."""
+    """Return the table; its last row begins with TOTAL."""
     rows = list(_rows(result))
     width = max(len(name) for name, _, _ in rows)
     has_conditions = bool(result.covered.conditions)

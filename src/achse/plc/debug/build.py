@@ -93,7 +93,7 @@ class DebugBuild:
         return sorted(self._lines)
 
     def at(self, path: str, line: int) -> tuple[str, int, frozenset[int]] | None:
-        """The first statements of a file at a line or after it: file, line, their marks.
+        """Return the first statements of a file at a line or after it: file, line, their marks.
 
         A path means the files whose names end with it, or that it ends with; capitals and the
         kind of slashes do not count. None if there is no such file, or nothing after the line.
@@ -108,7 +108,7 @@ class DebugBuild:
 
 
 def matching_paths(path: str, known: Iterable[str]) -> list[str]:
-    """The known paths that may be meant, the likeliest first."""
+    """Return the known paths that may be meant, the likeliest first."""
     wanted = _parts(path)
     ranked: list[tuple[int, str]] = []
     for one in known:

@@ -215,7 +215,7 @@ class Debugger:
     # breakpoints -----------------------------------------------------------------------------
 
     def add(self, path: str, line: int, condition: str = "", hits: int = 0) -> Breakpoint:
-        """A breakpoint at the first statement at a line or after it.
+        """Return a breakpoint at the first statement at a line or after it.
 
         One whose place is not found waits for an online change that brings it. Raises
         `DebugError` if there are too many.
@@ -371,7 +371,7 @@ class Debugger:
             self._hold(mark, StopReason.STEP)
 
     def _hits(self, call: CallRecord) -> tuple[list[Breakpoint], str]:
-        """The breakpoints that stop here, and what is wrong with a condition."""
+        """Return the breakpoints that stop here, and what is wrong with a condition."""
         hits, text = [], ""
         for breakpoint in self._at.get(call[0], ()):
             if breakpoint.condition:
@@ -453,7 +453,7 @@ class Debugger:
     # looking ---------------------------------------------------------------------------------
 
     def calls(self) -> list[DebugCall]:
-        """The calls of the halted cycle, the innermost first; at most 200."""
+        """Return the calls of the halted cycle, the innermost first; at most 200."""
         if self.stop is None:
             return []
         calls = []
@@ -469,7 +469,7 @@ class Debugger:
         return calls
 
     def view(self, number: int = 0) -> CallView | None:
-        """The call of that number; None while all is running. Raises `DebugError`."""
+        """Return the call of that number; None while all is running. Raises `DebugError`."""
         calls = self.calls()
         if not calls:
             return None
@@ -478,5 +478,5 @@ class Debugger:
         return calls[number].view
 
     def evaluate(self, text: str, number: int = 0) -> str:
-        """The value of an expression, as a literal. Raises `EvaluationError`."""
+        """Return the value of an expression, as a literal. Raises `EvaluationError`."""
         return text_of(evaluate(text, self.names, self.view(number)))

@@ -62,7 +62,7 @@ def evaluate(text: str, names: DebugNames, view: CallView | None) -> Value:
 
 @lru_cache(1000)
 def _parsed(text: str) -> Expression | str:
-    """The tree; or why there is none. A condition is evaluated often."""
+    """Return the tree; or why there is none. A condition is evaluated often."""
     try:
         return parse_expression(text)
     except SourceError as fault:
@@ -104,7 +104,7 @@ def _fitting(type: IecType[Any], value: Any) -> object:
 
 
 def text_of(value: Value) -> str:
-    """A value as a literal."""
+    """Return a value as a literal."""
     if isinstance(value, DebugSpot):
         return shown(value)
     if isinstance(value, bool):
@@ -113,7 +113,7 @@ def text_of(value: Value) -> str:
 
 
 def shown(spot: DebugSpot) -> str:
-    """The value of a variable as a literal; of large ones what they are."""
+    """Return the value of a variable as a literal; of large ones what they are."""
     if spot.bit is not None:
         return "TRUE" if spot.read() else "FALSE"
     real = resolved(spot.type)
@@ -188,7 +188,7 @@ class _Evaluation:
         return member
 
     def _owner(self, tree: Expression) -> DebugSpot | str:
-        """A variable, or the name of a unit or enumeration, also behind a name space."""
+        """Return a variable, or the name of a unit or enumeration, also behind a name space."""
         if isinstance(tree, Name):
             return self._names.find(tree.name, self._view)
         if isinstance(tree, Member) and isinstance(tree.of, Name):

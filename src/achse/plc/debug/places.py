@@ -47,7 +47,7 @@ class DebugSpot(NamedTuple):
     bit: int | None = None
 
     def read(self) -> Any:
-        """The value: int, float, bool, str; of a time or enumeration its number."""
+        """Return the value: int, float, bool, str; of a time or enumeration its number."""
         real = resolved(self.type)
         if self.bit is not None:
             return bool(self.data[self.offset] >> self.bit & 1)
@@ -94,7 +94,7 @@ class DebugNames:
         raise NotThere(f"nothing is named {name!r} here")
 
     def member_of(self, unit: str, name: str) -> DebugSpot | int:
-        """A variable of a unit, or the number of an enumerator."""
+        """Return a variable of a unit, or the number of an enumerator."""
         enum = self._enums.get(unit)
         if enum is not None:
             for member, number in enum.numbers.items():

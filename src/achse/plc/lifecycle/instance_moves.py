@@ -101,7 +101,7 @@ def unit_variable(node: object) -> str:
 
 
 def layouts(units: Iterable[PlacedUnit]) -> Mapping[str, StructType[Any]]:
-    """The records that units are made of or point to, by name in lower case."""
+    """Return the records that units are made of or point to, by name in lower case."""
     return {
         type.name.lower(): type
         for type in types_within([unit.instance.__iec__ for unit in units])

@@ -79,7 +79,7 @@ class StaticInstances:
 
 
 def _records(type: IecType[Any], offset: int = 0) -> Iterator[tuple[int, StructType[Any]]]:
-    """The record that a variable is, or its elements: their offsets."""
+    """Return the record that a variable is, or its elements: their offsets."""
     type = resolved(type)
     if isinstance(type, StructType):
         yield offset, type

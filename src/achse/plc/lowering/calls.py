@@ -32,7 +32,7 @@ class CallLowering(PlaceLowering):
     """Lowers the calls of one routine."""
 
     def call(self, call: Invocation) -> nodes.LoweredValue:
-        """A call as a value: its result."""
+        """Return a call as a value: its result."""
         effects, result = self.call_effects(call, alone=False)
         if result is None:
             result = effects.pop()
@@ -67,7 +67,7 @@ class CallLowering(PlaceLowering):
     def _instance(
         self, call: Invocation
     ) -> tuple[list[nodes.LoweredValue], nodes.ResolvedPlace | None, nodes.LoweredValue | None]:
-        """The instance of a block: what is done first, its place and its address."""
+        """Return the instance of a block: what is done first, its place and its address."""
         instance = call.instance
         if instance is None:
             return [], None, None
@@ -143,7 +143,7 @@ class CallLowering(PlaceLowering):
     def after_init(
         self, type: StructType[Any], pointer: nodes.Temporary
     ) -> list[nodes.LoweredValue]:
-        """The calls after a record has all its values."""
+        """Return the calls after a record has all its values."""
         record = self.project.record(type)
         keys = record.after_init if isinstance(record, TypedBlock) else ()
         return [self.life_call(key, (), pointer) for key in keys]
@@ -151,7 +151,7 @@ class CallLowering(PlaceLowering):
     def life_call(
         self, key: str, arguments: tuple[Stored, ...], pointer: nodes.Temporary
     ) -> nodes.LoweredValue:
-        """The call of a routine of a record's lifecycle."""
+        """Return the call of a routine of a record's lifecycle."""
         routine = self.project.routine(key)
         if isinstance(routine, str):
             return _missing(routine, None)

@@ -39,7 +39,7 @@ class Tally:
         return self - Tally(other.minus, other.plus)
 
     def of(self, counts: Sequence[int] | Mapping[int, int]) -> int:
-        """The number, from the values of counters: see `RoutineCounters.values`."""
+        """Return the number, from the values of counters: see `RoutineCounters.values`."""
         return sum(counts[one] for one in self.plus) - sum(counts[one] for one in self.minus)
 
 
@@ -86,17 +86,17 @@ class RoutineCounters:
     """Tallies that others refer to, by -1, -2 and so on; each of counters and of those before."""
 
     def new(self, count: int = 1) -> int:
-        """The number of one more counter, or the first of several."""
+        """Return the number of one more counter, or the first of several."""
         self.size += count
         return self.first + self.size - count
 
     def named(self, tally: Tally) -> Tally:
-        """The same number as one term, which `sums` has."""
+        """Return the same number as one term, which `sums` has."""
         self.sums.append(tally)
         return Tally((-len(self.sums),))
 
     def short(self, tally: Tally) -> Tally:
-        """The same number in a few terms."""
+        """Return the same number in a few terms."""
         terms = len(tally.plus) + len(tally.minus)
         return tally if terms <= _MOST_TERMS else self.named(tally)
 

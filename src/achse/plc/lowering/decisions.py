@@ -67,7 +67,7 @@ class DecisionShape:
         return Vector(outcome, tuple(values), frozenset(unmasked))
 
     def pair(self, condition: int, seen: Sequence[int]) -> IndependencePair | None:
-        """The first two of the vectors that were seen that show that a condition decides."""
+        """Return the first two of the vectors that were seen that show that a condition decides."""
         showing = [bits for bits in seen if condition in self.vectors[bits].unmasked]
         for without in showing:
             if self.vectors[without].values[condition] is not False:
@@ -80,7 +80,7 @@ class DecisionShape:
 
 
 def _evaluated(shape: Shape, bits: int, values: list[bool | None]) -> bool:
-    """The outcome of a shape; notes the values of the conditions that are evaluated."""
+    """Return the outcome of a shape; notes the values of the conditions that are evaluated."""
     if isinstance(shape, bool):
         return shape
     if isinstance(shape, int):
@@ -151,7 +151,7 @@ def _conditions(shape: Shape) -> Iterator[int]:
 
 
 def shape_of(value: TypedValue) -> tuple[DecisionShape, tuple[TypedValue, ...]] | None:
-    """The shape of a decision and its conditions; None for other values.
+    """Return the shape of a decision and its conditions; None for other values.
 
     Of a negation the decision is what it negates.
     """

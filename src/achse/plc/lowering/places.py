@@ -61,7 +61,7 @@ class PlaceLowering:
         raise NotImplementedError
 
     def temporary(self, type: IecType[Any] | None) -> nodes.Temporary:
-        """A temporary that nothing else uses."""
+        """Return a temporary that nothing else uses."""
         self._temporaries += 1
         return nodes.Temporary(self._temporaries, type)
 
@@ -113,7 +113,7 @@ class PlaceLowering:
         return place
 
     def frame_variable(self, offset: int) -> Variable[Any, Any]:
-        """The variable of the frame that has the byte at `offset`."""
+        """Return the variable of the frame that has the byte at `offset`."""
         number = bisect_left(self._offsets, offset)
         if number == len(self._offsets) or self._offsets[number] != offset:
             number -= 1
@@ -155,7 +155,7 @@ class PlaceLowering:
     # what reaches it -------------------------------------------------------------------------
 
     def read(self, storage: Storage) -> nodes.LoweredValue:
-        """The value in a storage; a large one takes from the budget."""
+        """Return the value in a storage; a large one takes from the budget."""
         if isinstance(storage.base, CalleeBase):
             callee = self.callees[-1]
             if callee.instance is None:

@@ -35,14 +35,14 @@ class LoweredProject:
         self._spots: dict[int, Spot] = {}
 
     def routine(self, key: str) -> Routine | str:
-        """A routine; or, in words, why there is none."""
+        """Return a routine; or, in words, why there is none."""
         match = self.typed.routines.get(key)
         if match is not None:
             return match
         return f"{key}: {self.typed.left_out.get(key, 'it has an error')}"
 
     def record(self, type: StructType[Any]) -> TypedRecord | None:
-        """The row of a record whose values are created by code; None without any."""
+        """Return the row of a record whose values are created by code; None without any."""
         return self._records.get(type.name.lower())
 
     def spot(self, base: UnitBase | StaticBase | ImageBase) -> Spot:

@@ -80,7 +80,7 @@ class StatementLowering(ValueLowering):
         """Conditions of decisions, by their identity: vector and bit."""
 
     def value(self, value: TypedValue) -> nodes.LoweredValue:
-        """A value; decisions and their conditions count."""
+        """Return a value; decisions and their conditions count."""
         condition = self._conditions.get(id(value))
         if condition is not None:
             return nodes.ConditionBit(*condition, super().value(value))
@@ -104,7 +104,7 @@ class StatementLowering(ValueLowering):
     def block(
         self, statements: TypedStatements, entered: Tally | None = None
     ) -> nodes.LoweredStatements:
-        """A list of statements, which takes from the budget for its text functions.
+        """Return a list of statements, which takes from the budget for its text functions.
 
         `entered`: how often it begins, where that is known.
         """
@@ -124,7 +124,7 @@ class StatementLowering(ValueLowering):
         return lowered
 
     def _counted(self, statements: TypedStatements) -> tuple[nodes.LoweredStatements, Tally]:
-        """A list of statements that counts how often it begins, and how often that is."""
+        """Return a list of statements that counts how often it begins, and how often that is."""
         if self.counters is None:
             return self.block(statements), Tally()
         number = self.counters.new()
@@ -134,7 +134,7 @@ class StatementLowering(ValueLowering):
     def priced(
         self, statements: TypedStatements, entered: Tally | None = None, *, uncounted: int = 0
     ) -> tuple[nodes.LoweredStatements, int]:
-        """A list of statements, and the budget that its text functions take.
+        """Return a list of statements, and the budget that its text functions take.
 
         Those of lists inside take their own. With marks each statement takes for itself, since
         jumps may repeat it. The first `uncounted` statements do not count.
@@ -180,7 +180,7 @@ class StatementLowering(ValueLowering):
         self.texts = outer
 
     def effects(self, value: TypedValue) -> tuple[nodes.LoweredValue, ...]:
-        """A value evaluated for what it does."""
+        """Return a value evaluated for what it does."""
         if isinstance(value, Stored):
             return (self.store(value.storage, value.value, alone=True),)
         if isinstance(value, Invocation):
@@ -188,7 +188,7 @@ class StatementLowering(ValueLowering):
         return (self.value(value),)
 
     def do(self, statement: Do) -> Iterator[nodes.LoweredStatement]:
-        """An assignment, a call; a latch is one only if its condition holds."""
+        """Return an assignment, a call; a latch is one only if its condition holds."""
         value, at = statement.value, statement.at
         if isinstance(value, Latched):
             condition = self.value(value.value)
@@ -264,7 +264,7 @@ class StatementLowering(ValueLowering):
     def _loop_body(
         self, body: TypedStatements, begins: Tally
     ) -> tuple[nodes.LoweredStatements, int, "_LoopCounters | None"]:
-        """The body of a loop that begins so often, its cost, and what is counted."""
+        """Return the body of a loop that begins so often, its cost, and what is counted."""
         if self.counters is None:
             return (*self.priced(body), None)
         number, faults = self.counters.new(), self.counters.new()
@@ -350,7 +350,7 @@ class StatementLowering(ValueLowering):
         yield nodes.LoweredTry(body, code, handler, final, statement.at)
 
     def life(self, statement: LifeStep) -> Iterator[nodes.LoweredStatement]:
-        """A step in the lifecycle of records."""
+        """Return a step in the lifecycle of records."""
         record = self.project.record(statement.of)
         if record is None:
             return
@@ -396,7 +396,7 @@ class _LoopCounters(NamedTuple):
 
 
 def _together(tallies: list[Tally | None]) -> Tally | None:
-    """The sum, if all are known."""
+    """Return the sum, if all are known."""
     total = Tally()
     for one in tallies:
         if one is None:
@@ -411,7 +411,7 @@ def _written(labels: tuple[tuple[int, int], ...]) -> str:
 
 
 def _same(of: StatementLowering, statement: Any) -> Iterator[nodes.LoweredStatement]:
-    """A statement that goes elsewhere."""
+    """Return a statement that goes elsewhere."""
     of.goes_elsewhere(statement)
     yield statement
 

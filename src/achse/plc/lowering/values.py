@@ -51,7 +51,7 @@ class ValueLowering(CallLowering):
     # conversions -----------------------------------------------------------------------------
 
     def converted(self, value: Converted) -> nodes.LoweredValue:
-        """A conversion."""
+        """Return a conversion."""
         operand = self.value(value.operand)
         if value.rule in _EXTERNAL:
             self.texts += 1
@@ -64,7 +64,7 @@ class ValueLowering(CallLowering):
     # operators -------------------------------------------------------------------------------
 
     def computed(self, value: Computed) -> nodes.LoweredValue:
-        """An operator."""
+        """Return an operator."""
         operator, type = value.operator, value.type
         self.texts += operator in _TEXT_FUNCTIONS
         if operator in _ARITHMETIC and isinstance(type, RealType):
@@ -135,7 +135,7 @@ class ValueLowering(CallLowering):
     # records and memory ----------------------------------------------------------------------
 
     def composed(self, value: Composed) -> nodes.LoweredValue:
-        """A record made on the spot."""
+        """Return a record made on the spot."""
         parts = tuple((offset, self.value(part)) for offset, part in value.parts)
         return nodes.RecordValue(value.image, parts, value.type)
 
@@ -190,7 +190,7 @@ def _scaled(operator: Operator, value: nodes.LoweredValue, unit: int) -> nodes.L
 def _rescaled(
     value: nodes.LoweredValue, source: IecType[Any], target: IecType[Any]
 ) -> nodes.LoweredValue:
-    """A time in the unit of another type, through nanoseconds."""
+    """Return a time in the unit of another type, through nanoseconds."""
     if value.type is None or value.type.size < _ULINT.size:
         value = nodes.Convert(value, _ULINT, Conversion.EXTEND)
     value = _scaled(Operator.MUL, value, UNITS_NS.get(source.name, 1))
@@ -204,7 +204,7 @@ def _rescaled(
 
 
 def _masked(count: nodes.LoweredValue, mask: int) -> nodes.LoweredValue:
-    """The low bits of a count."""
+    """Return the low bits of a count."""
     type = count.type
     assert type is not None
     if isinstance(count, Known):

@@ -44,7 +44,7 @@ class CallTranslator:
             raise NotTranslatedError(f"more than {_MOST_PARAMETERS} parameters are on the stack")
 
     def call(self, call: RoutineCall) -> MachineValue:
-        """A call; its result, or a number that means nothing."""
+        """Return a call; its result, or a number that means nothing."""
         of = self._of
         b = of.builder
         signature = signature_of(call.routine, dispatched=call.entry is not None)
@@ -78,7 +78,7 @@ class CallTranslator:
         return result_value
 
     def _inputs(self, signature: RoutineSignature, call: RoutineCall) -> list[Operand]:
-        """The arguments, computed in the order they are given."""
+        """Return the arguments, computed in the order they are given."""
         of = self._of
         arguments = {
             variable.offset: words_of(of.value(value)) for variable, value in call.arguments

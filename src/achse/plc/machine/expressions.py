@@ -106,7 +106,7 @@ class ExpressionTranslator:
         return address
 
     def site(self, kind: FaultKind) -> int:
-        """The number of what may happen where we are."""
+        """Return the number of what may happen where we are."""
         return self.module.sites.number(self.number_of_routine, self.at, kind)
 
     def place(self, at: int) -> None:
@@ -114,7 +114,7 @@ class ExpressionTranslator:
         self.at = at
 
     def buffer(self, size: int) -> Operand:
-        """The address of bytes that are ours until the statement ends."""
+        """Return the address of bytes that are ours until the statement ends."""
         if size > _LARGEST_BUFFER:
             raise NotTranslatedError(f"a value of {size} bytes is computed")
         size = max(size + 15 & -16, 16)
@@ -141,13 +141,13 @@ class ExpressionTranslator:
     # values ----------------------------------------------------------------------------------
 
     def number(self, value: nodes.LoweredValue) -> Operand:
-        """A value in a register."""
+        """Return a value in a register."""
         operand = self.value(value)
         assert isinstance(operand, Operand)
         return operand
 
     def at_type(self, value: Operand, type: MachineType) -> Operand:
-        """A value where its type has another name."""
+        """Return a value where its type has another name."""
         return value if value.type is type else self.builder.convert(value, type)
 
     def text(self, value: nodes.LoweredValue) -> MachineText:
@@ -156,7 +156,7 @@ class ExpressionTranslator:
         return text
 
     def steady(self, value: MachineValue, type: IecType[Any] | None) -> MachineValue:
-        """A value that nothing changes."""
+        """Return a value that nothing changes."""
         is_steady = isinstance(value, Operand) or value.steady
         return value if is_steady else self.snapshot(value, type)
 
@@ -165,7 +165,7 @@ class ExpressionTranslator:
         raise NotTranslatedError(reason)
 
     def snapshot(self, value: Any, type: IecType[Any] | None = None) -> Any:
-        """A copy of a text or record that nothing changes."""
+        """Return a copy of a text or record that nothing changes."""
         b = self.builder
         if isinstance(value, MachineText):
             assert isinstance(type, StringType)
@@ -178,11 +178,11 @@ class ExpressionTranslator:
         return PackedBytes(copy, value.size, steady=True)
 
     def value(self, value: nodes.LoweredValue) -> MachineValue:
-        """A value, exactly of its type."""
+        """Return a value, exactly of its type."""
         return _TRANSLATIONS[type(value)](self, value)
 
     def known(self, value: Known) -> MachineValue:
-        """A constant."""
+        """Return a constant."""
         known, type, b = value.value, value.type, self.builder
         if isinstance(known, bytes):
             address = b.module.data(known)
@@ -197,17 +197,17 @@ class ExpressionTranslator:
         return b.constant(kind, known)
 
     def keep(self, value: nodes.Keep) -> MachineValue:
-        """A value that is needed again."""
+        """Return a value that is needed again."""
         temporary = self.steady(self.value(value.value), value.type)
         self.temporaries[value.temporary.number] = temporary
         return temporary
 
     def address(self, value: nodes.PlaceAddress) -> Operand:
-        """The address of a place, as a pointer of its type."""
+        """Return the address of a place, as a pointer of its type."""
         return self.at_type(self.storages.address(value.place), machine_type(value.type))
 
     def record(self, value: nodes.RecordValue) -> PackedBytes:
-        """A record made on the spot."""
+        """Return a record made on the spot."""
         b = self.builder
         parts = [(offset, self.number(part)) for offset, part in value.parts]
         record = self.buffer(len(value.image))
@@ -237,7 +237,7 @@ class ExpressionTranslator:
         return self.builder.counting_faults(counts, number * 8)
 
     def condition_bit(self, value: nodes.ConditionBit) -> Operand:
-        """A condition, which is a bit of a vector, too."""
+        """Return a condition, which is a bit of a vector, too."""
         b, vector = self.builder, self._vectors[value.vector.number]
         condition = self.number(value.value)
         bit = b.multiply(b.convert(condition, I64), b.constant(I64, 1 << value.bit))
@@ -245,7 +245,7 @@ class ExpressionTranslator:
         return condition
 
     def count_vector(self, value: nodes.CountVector) -> Operand:
-        """A decision, and one more in the counter of its vector."""
+        """Return a decision, and one more in the counter of its vector."""
         b, counts = self.builder, self.module.counts
         assert counts is not None
         vector = self._vectors[value.vector.number] = b.variable(I64)
@@ -286,7 +286,7 @@ class ExpressionTranslator:
     def _shortcut(
         self, condition: nodes.LoweredValue, other: nodes.LoweredValue, *, is_and: bool
     ) -> Operand:
-        """The condition where it decides, else the other BOOL."""
+        """Return the condition where it decides, else the other BOOL."""
         b = self.builder
         decided = b.variable(BOOL)
         b.set(decided, self.number(condition))
@@ -300,7 +300,7 @@ class ExpressionTranslator:
     # conversions -----------------------------------------------------------------------------
 
     def converted(self, value: nodes.Convert) -> MachineValue:
-        """A value at another type."""
+        """Return a value at another type."""
         operand, type, b = value.operand, value.type, self.builder
         match value.rule:
             case Conversion.EXTEND | Conversion.CUT | Conversion.FROM_BOOL | Conversion.TO_BOOL:

@@ -62,7 +62,7 @@ class FaultPlaces:
         self._numbers: dict[FaultPlace, int] = {}
 
     def number(self, routine: int, at: int, kind: FaultKind) -> int:
-        """The number of a site, a new one if there is none like it."""
+        """Return the number of a site, a new one if there is none like it."""
         site = FaultPlace(routine, at, kind)
         number = self._numbers.get(site)
         if number is None:
@@ -148,7 +148,7 @@ _MEANINGS: Mapping[FaultKind, tuple[int, str]] = {
 
 
 def _traced(routine: Routine, at: int, inner: TracebackType | None) -> TracebackType:
-    """A traceback that begins at a place of Structured Text and goes on with another."""
+    """Return a traceback that begins at a place of Structured Text and goes on with another."""
     frame = _frame(routine, routine.locate(at).line)
     try:
         return TracebackType(inner, frame, frame.f_lasti, frame.f_lineno)
@@ -170,7 +170,7 @@ def _raising(path: str, routine: str, line: int) -> CodeType:
 
 
 def _frame(routine: Routine, line: int) -> FrameType:
-    """A frame of Python that is at that line of the source."""
+    """Return a frame of Python that is at that line of the source."""
     code = _raising(routine.source.path, routine.name, line)
     try:
         exec(code, {"here": _HereError})

@@ -153,7 +153,7 @@ class ProjectTranslator:
     # requests of routine translators ---------------------------------------------------------
 
     def function(self, key: str) -> CallTarget:
-        """The machine function of a routine."""
+        """Return the machine function of a routine."""
         function = self._functions.get(key)
         if function is None:
             signature = signature_of(self.project.routines[key])
@@ -196,13 +196,13 @@ class ProjectTranslator:
         return target
 
     def text_number(self, text: str) -> int:
-        """The number of a name, as Python receives it."""
+        """Return the number of a name, as Python receives it."""
         if text not in self.notes.texts:
             self.notes.texts.append(text)
         return self.notes.texts.index(text)
 
     def outside(self, routine: int, node: TypedValue) -> int:
-        """The number of a node that Python does."""
+        """Return the number of a node that Python does."""
         nodes = self._outside.get(routine)
         if nodes is None:
             of = list(self.project.routines.values())[routine]

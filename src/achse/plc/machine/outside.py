@@ -29,7 +29,7 @@ class OutsideTranslator:
         self._of = expressions
 
     def converted(self, value: External) -> MachineValue:
-        """A text that Python makes of a value, or a number that Python reads from a text."""
+        """Return a text that Python makes of a value, or a number that Python reads from a text."""
         of, type = self._of, value.type
         b = of.builder
         operand = of.value(value.operand)
@@ -59,7 +59,7 @@ class OutsideTranslator:
 
 
 def nodes_outside(routine: Routine) -> Iterator[TypedValue]:
-    """The nodes of a routine that Python does, always in the same order."""
+    """Return the nodes of a routine that Python does, always in the same order."""
     for part in (routine.opening, routine.body or ()):
         yield from _nodes_by_python(part)
 
@@ -80,7 +80,7 @@ _TYPED = "achse.st.typed"
 
 
 def decoded(word: int, type: IecType[Any]) -> Any:
-    """The value of a type in a word of 64 bits."""
+    """Return the value of a type in a word of 64 bits."""
     if isinstance(type, BoolType):
         return word & 0xFF != 0
     if isinstance(type, RealType):
@@ -91,7 +91,7 @@ def decoded(word: int, type: IecType[Any]) -> Any:
 
 
 def encoded(value: Any, type: IecType[Any]) -> int:
-    """The word of 64 bits that a value of a type is in."""
+    """Return the word of 64 bits that a value of a type is in."""
     if isinstance(type, RealType):
         number: int = struct.unpack("<q", struct.pack("<d", value))[0]
         return number

@@ -161,7 +161,7 @@ class MachineProgram:
         return self.notes.entries
 
     def function(self, key: str) -> Callable[..., Any]:
-        """A routine, called as the plain function of it."""
+        """Return a routine, called as the plain function of it."""
         routine = self._host.project.routines[key]
         entry = self._entries[self.notes.entries[key]]
         signature = signature_of(routine)
@@ -200,7 +200,7 @@ class MachineProgram:
         raise self._failure()
 
     def _failure(self) -> BaseException:
-        """The exception of the fault that there is.
+        """Return the exception of the fault that there is.
 
         No variable has it here: the frames are in its traceback, and would refer to it.
         """
@@ -346,7 +346,7 @@ def _closed() -> RuntimeError:
 
 
 def _put(block: Any, place: int, part: SignaturePart, value: Any, buffers: list[Any]) -> int:
-    """An argument into a block; the next place."""
+    """Return an argument into a block; the next place."""
     if part.kind is PartKind.NUMBER:
         block[place] = encoded(value, part.type)
         return place + 1
@@ -391,7 +391,7 @@ def _output(part: SignaturePart, rooms: list[Any]) -> Any:
 
 
 def _give(block: Any, place: int, part: SignaturePart, value: Any) -> int:
-    """An output where the caller wants it; the next place."""
+    """Return an output where the caller wants it; the next place."""
     is_number = part.kind is PartKind.NUMBER
     data = encoded_from(value, part.type) if is_number else bytes(value)[: part.room]
     ctypes.memmove(block[place], data, len(data))

@@ -65,7 +65,7 @@ class RealTranslator:
         return b.convert(result, type)
 
     def check(self, value: Check) -> Operand:
-        """A real; if it is NaN although no operand is, that stops the program."""
+        """Return a real; if it is NaN although no operand is, that stops the program."""
         of = self._of
         b = of.builder
         type = machine_type(value.type)
@@ -91,7 +91,7 @@ class RealTranslator:
         b.require(known, of.site(FaultKind.REAL_INVALID))
 
     def _nan(self, type: MachineType) -> Operand:
-        """The NaN of plain code."""
+        """Return the NaN of plain code."""
         b = self._of.builder
         kind = U32 if type is F32 else U64
         bits = struct.unpack(*(("<I", _SINGLE) if kind is U32 else ("<Q", _DOUBLE)))[0]
@@ -137,7 +137,7 @@ class RealTranslator:
         return self._not_a_number(undefined, b.divide(left, right))
 
     def _of_one(self, operator: Operator, value: Operand) -> Operand:
-        """A function of one number, of 64 bits."""
+        """Return a function of one number, of 64 bits."""
         b = self._of.builder
         if operator is Operator.SQRT:
             bad = b.compare(Relation.LESS, value, b.constant(F64, 0.0))
@@ -192,7 +192,7 @@ class RealTranslator:
         pole: Operand | None = None,
         at_pole: float = 0.0,
     ) -> Operand:
-        """The result, unless the function is not defined there."""
+        """Return the result, unless the function is not defined there."""
         of = self._of
         b = of.builder
         yes = b.constant(BOOL, True)
@@ -206,7 +206,7 @@ class RealTranslator:
         return self._not_a_number(invalid, result)
 
     def _not_a_number(self, condition: Operand, value: Operand) -> Operand:
-        """The NaN of plain code if the condition holds, else the value."""
+        """Return the NaN of plain code if the condition holds, else the value."""
         b = self._of.builder
         kind = U32 if value.type is F32 else U64
         nan = b.reinterpret(self._nan(value.type), kind)

@@ -165,7 +165,7 @@ class _RoutineTranslator:
 
 
 def _as_value(words: list[Operand], type: IecType[Any]) -> MachineValue:
-    """A parameter."""
+    """Return a parameter."""
     if isinstance(type, StringType):
         return MachineText(words[0], words[1])
     return PackedBytes(words[0], type.size) if is_packed(type) else words[0]

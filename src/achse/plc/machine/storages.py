@@ -63,7 +63,7 @@ class MachineStorages:
     # where it is -----------------------------------------------------------------------------
 
     def _local(self, place: ResolvedPlace) -> LocalVariable | OwnBytes:
-        """The variable that needs no memory."""
+        """Return the variable that needs no memory."""
         assert place.variable is not None
         local = self._of.locals[place.variable.name.lower()]
         if isinstance(local, OwnBytes) and (place.offset or place.terms):
@@ -157,7 +157,7 @@ class MachineStorages:
         return self.looked_up(aim.base, size), 0
 
     def looked_up(self, address: Operand, size: int | Operand) -> Operand:
-        """The machine address of an address of the PLC."""
+        """Return the machine address of an address of the PLC."""
         of = self._of
         b = of.builder
         wanted = b.constant(I64, size) if isinstance(size, int) else size
@@ -321,7 +321,7 @@ class MachineStorages:
 
 
 def _bit_of(bits: int, number: int, signed: bool = True) -> int:
-    """The number that has one bit set, of that many bits."""
+    """Return the number that has one bit set, of that many bits."""
     mask = 1 << number
     return mask - (1 << bits) if signed and number == bits - 1 else mask
 

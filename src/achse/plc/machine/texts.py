@@ -24,7 +24,7 @@ class TextTranslator:
         self._of = expressions
 
     def computed(self, value: Compute) -> MachineValue:
-        """A text, or a number."""
+        """Return a text, or a number."""
         of = self._of
         b = of.builder
         type = value.operands[0].type
@@ -116,7 +116,7 @@ class TextTranslator:
         return self._bytes_at(self._most(size, self._number(0)), unit)
 
     def _cut(self, text: MachineText, length: Operand | None, unit: int) -> MachineText:
-        """The beginning, of at most 255 characters."""
+        """Return the beginning, of at most 255 characters."""
         limit = self._number(_LONGEST * unit)
         limit = limit if length is None else self._least(length, limit)
         return MachineText(text.address, self._least(text.length, limit), text.steady)

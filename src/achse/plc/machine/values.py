@@ -65,7 +65,7 @@ _WHOLES = {
 
 
 def machine_type(type: IecType[Any]) -> MachineType:
-    """The type in a register of a flat elementary type."""
+    """Return the type in a register of a flat elementary type."""
     if isinstance(type, BoolType):
         return BOOL
     if isinstance(type, RealType):

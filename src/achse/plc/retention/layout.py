@@ -63,7 +63,7 @@ def pointers_within(type: IecType[Any], known: KnownPointers | None = None) -> S
 
 
 def parts_without_headers(type: IecType[Any]) -> tuple[tuple[int, int], ...]:
-    """The bytes of a record that a copy takes: all but the headers of function blocks."""
+    """Return the bytes of a record that a copy takes: all but the headers of function blocks."""
     gaps = sorted({(at, at + block.rules.pointer_size) for at, block in headers_within(type)})
     parts: list[tuple[int, int]] = []
     at = 0

@@ -290,7 +290,7 @@ def _is_within(ranges: Sequence[tuple[int, int]], address: int) -> bool:
 
 
 def _attributes(view: object, path: Path) -> Iterator[tuple[Path, dict[str, Any]]]:
-    """The Python attributes of a record and of all records it has views of."""
+    """Return the Python attributes of a record and of all records it has views of."""
     if isinstance(view, Record):
         own = getattr(view, "__dict__", None)
         if own:

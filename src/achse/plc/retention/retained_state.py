@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 
 def retained_variables(plc: "PlcRuntime") -> dict[str, RetainedVariable]:
-    """The values to keep, by name: `MAIN.nTotal`, `MAIN.fbPump.nStarts`."""
+    """Return the values to keep, by name: `MAIN.nTotal`, `MAIN.fbPump.nStarts`."""
     layout = RetainedLayout.of(plc)
     return layout.variables(layout.image(plc.memory))
 

@@ -19,7 +19,7 @@ def decoded(data: bytes) -> str:
 
 
 def text_at(plc: BuiltinContext, address: int) -> str:
-    """The text that begins there, up to its NUL."""
+    """Return the text that begins there, up to its NUL."""
     content = b""
     size = 4096
     while address and len(content) < LONGEST_TEXT:

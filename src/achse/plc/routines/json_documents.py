@@ -65,7 +65,7 @@ class _Value:
         """Number that ends a walk over an object or array."""
 
     def plain(self) -> Any:
-        """The value as `json.dumps` takes it. Members of one name: the last counts."""
+        """Return the value as `json.dumps` takes it. Members of one name: the last counts."""
         if self.kind is JsonKind.OBJECT:
             return {item.name: item.plain() for item in self.content}
         if self.kind is JsonKind.ARRAY:
@@ -146,14 +146,14 @@ class JsonDocuments(KeptDocuments[_Value]):
         return value.content if value is not None and _is_container(value) else []
 
     def find(self, number: int, name: str) -> int:
-        """The member of that name; 0 if there is none."""
+        """Return the member of that name; 0 if there is none."""
         value = self._values.get(number)
         if value is None or value.kind is not JsonKind.OBJECT:
             return 0
         return next((item.number for item in value.content if item.name == name), 0)
 
     def first(self, number: int) -> int:
-        """The first item, or what a walk over it ends with."""
+        """Return the first item, or what a walk over it ends with."""
         items = self.items(number)
         return items[0].number if items else self.last(number)
 
@@ -163,7 +163,7 @@ class JsonDocuments(KeptDocuments[_Value]):
         return value.end if value is not None else 0
 
     def following(self, number: int) -> int:
-        """The item behind one."""
+        """Return the item behind one."""
         value = self._values.get(number)
         if value is None or value.parent is None:
             return 0
@@ -173,7 +173,7 @@ class JsonDocuments(KeptDocuments[_Value]):
         return next_item
 
     def put(self, number: int, where: int, name: str, kind: int, content: Any) -> int:
-        """A new value in, behind or instead of another; its number, 0 if that cannot be."""
+        """Return a new value in, behind or instead of another; its number, 0 if that cannot be."""
         target = self._values.get(number)
         if target is None or len(self._values) >= _MOST_VALUES:
             return 0
@@ -228,7 +228,7 @@ class JsonDocuments(KeptDocuments[_Value]):
         return True
 
     def text(self, number: int, *, as_json: bool) -> str:
-        """A value as JSON without blanks, or a text as it is."""
+        """Return a value as JSON without blanks, or a text as it is."""
         value = self._values.get(number)
         if value is None:
             return ""
@@ -382,7 +382,7 @@ def _item(plc: BuiltinContext, number: int, index: int) -> int:
 
 
 def _on(method: Callable[..., Any]) -> FunctionBody:
-    """A method of `JsonDocuments` as a routine of the PLC."""
+    """Return a method of `JsonDocuments` as a routine of the PLC."""
     return lambda plc, *arguments: method(_documents(plc), *arguments)
 
 

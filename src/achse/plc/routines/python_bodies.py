@@ -81,7 +81,7 @@ def _taken(variable: Variable[Any, Any], value: Any) -> Any:
 
 
 def python_attribute(record: type[Record], name: str) -> str | None:
-    """The attribute of a record's Python class that does what a method, GET or SET does."""
+    """Return the attribute of a record's Python class that does what a method, GET or SET does."""
     wanted = _key(name)
     for attribute in dir(record):
         if attribute.lower() == wanted and not record.__iec__.has_member(attribute):

@@ -65,12 +65,12 @@ class RoutineCalls:
         return _answer(routine, self._call(routine, record, values))
 
     def get_encoded(self, record: Record, name: str) -> bytes | None:
-        """A property as clients read it; None if no Structured Text gives it."""
+        """Return a property as clients read it; None if no Structured Text gives it."""
         routine = self._routine(record, f"__get{name}")
         return None if routine is None else _answer(routine, self._call(routine, record, ()))
 
     def set_encoded(self, record: Record, name: str, data: bytes) -> bool:
-        """A property as clients write it; FALSE if no Structured Text takes it."""
+        """Return a property as clients write it; FALSE if no Structured Text takes it."""
         routine = self._routine(record, f"__set{name}")
         if routine is None:
             return False
@@ -127,7 +127,7 @@ class RoutineCalls:
         return tuple(result) if len(result) > 1 else result[0]
 
     def _routine(self, record: Record, name: str) -> Routine | None:
-        """The Structured Text of a block's method or of a program's; None without any."""
+        """Return the Structured Text of a block's method or of a program's; None without any."""
         type = record.__class__.__iec__
         block = self.block_of(type)
         owner = f"{type.name}.{name}".lower()
@@ -146,7 +146,7 @@ class RoutineCalls:
             return self._guard(f"a call of {routine.name}", lambda: function(*values))
 
     def invoke(self, record: Record, name: str, values: tuple[Any, ...]) -> Any:
-        """A call of Structured Text from Python: of a block's body (no name) or a method."""
+        """Return a call of Structured Text from Python: of a block's body (no name) or a method."""
         type = resolved(record.__class__.__iec__)
         assert isinstance(type, StructType)
         block = self.block_of(type)
