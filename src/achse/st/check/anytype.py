@@ -34,7 +34,7 @@ _POINTER, _REFERENCE, _SUBRANGE, _ENUM, _ARRAY, _USER = 22, 23, 24, 25, 26, 28
 
 
 def type_class(type: IecType[Any]) -> int:
-    """The number that `TYPE_CLASS` has for a type."""
+    """Return the number that `TYPE_CLASS` has for a type."""
     while isinstance(type, AliasType) and not isinstance(type, SubrangeType):
         type = type.base
     if isinstance(type, SubrangeType):

@@ -249,7 +249,7 @@ class ArgumentBinder:
     def _open_array(
         self, parameter: DeclaredParameter, place: Storage, operand: TypedOperand, at: int
     ) -> Iterator[Stored]:
-        """The address of the first element, and the bounds."""
+        """Return the address of the first element, and the bounds."""
         body = self._body
         count = len(parameter.bounds) // 2
         name = parameter.variable.name

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 
 def subrange_of(type: IecType[Any]) -> SubrangeType | None:
-    """The sub-range that a declared type is, if it is one."""
+    """Return the sub-range that a declared type is, if it is one."""
     while isinstance(type, AliasType):
         if isinstance(type, SubrangeType):
             return type
@@ -55,7 +55,7 @@ class Assignments:
         self._body = body
 
     def assign(self, tree: Assign) -> TypedOperand:
-        """An assignment; as a value it is what was assigned. Raises `Unexpected`."""
+        """Return an assignment; as a value it is what was assigned. Raises `Unexpected`."""
         if tree.operator == "REF=":
             return self._bind(tree)
         body = self._body
@@ -80,7 +80,7 @@ class Assignments:
     def store(
         self, storage: Storage, type: IecType[Any], value: TypedOperand, value_at: int, at: int
     ) -> TypedOperand:
-        """A value put into a variable of a type."""
+        """Return a value put into a variable of a type."""
         body = self._body
         converted_value = body.converter.implicit(value, type, value_at)
         if isinstance(storage.type, StructType):
@@ -161,7 +161,7 @@ class Assignments:
     def bound_address(
         self, pointer: IecType[Any], target: IecType[Any], tree: Expression
     ) -> TypedValue:
-        """The address that a reference to `target` is bound to."""
+        """Return the address that a reference to `target` is bound to."""
         body = self._body
         value = body.expressions.operand(tree)
         if value.is_constant and value.constant == 0 and value.storage is None:
@@ -232,7 +232,7 @@ class Assignments:
         return TypedOperand(Computed(Operator.NE, (exchange, Known(0, type, at)), BOOL, at), BOOL)
 
     def _pointed(self, name: str, pointer: Expression, at: int) -> tuple[TypedOperand, Storage]:
-        """The whole number that a pointer points to."""
+        """Return the whole number that a pointer points to."""
         place = self._body.expressions.operand(pointer)
         type = place.flat
         if not isinstance(type, PointerType) or not isinstance(flat(type.target), IntegerType):

@@ -30,7 +30,7 @@ class Blocks:
         self._interfaces: dict[int, frozenset[str]] = {}
 
     def base(self, entry: DeclaredUnit) -> DeclaredUnit | None:
-        """The block that a block extends, if a source declares it."""
+        """Return the block that a block extends, if a source declares it."""
         tree = entry.tree
         if not isinstance(tree, FunctionBlock) or tree.extends is None:
             return None
@@ -43,7 +43,7 @@ class Blocks:
         return None
 
     def chain(self, entry: DeclaredUnit) -> list[DeclaredUnit]:
-        """The block and its bases, the most derived first."""
+        """Return the block and its bases, the most derived first."""
         chain: list[DeclaredUnit] = []
         here: DeclaredUnit | None = entry
         while here is not None and here not in chain:
@@ -52,7 +52,7 @@ class Blocks:
         return chain
 
     def bases_of_interface(self, entry: DeclaredUnit) -> Iterator[DeclaredUnit]:
-        """The interfaces that an interface extends, all of them."""
+        """Return the interfaces that an interface extends, all of them."""
         seen: set[int] = {id(entry)}
         waiting = [entry]
         while waiting:
@@ -72,7 +72,7 @@ class Blocks:
         return unit if unit is not None and isinstance(unit.tree, Interface) else None
 
     def own_parts(self, entry: DeclaredUnit) -> dict[str, Part]:
-        """The parts that a unit declares itself, by name in lower case."""
+        """Return the parts that a unit declares itself, by name in lower case."""
         own = self._own.get(id(entry))
         if own is None:
             tree = entry.tree
@@ -81,12 +81,12 @@ class Blocks:
         return own
 
     def part(self, entry: DeclaredUnit, key: str) -> FoundPart | None:
-        """The part of that name, in lower case: the unit's own, or of the nearest base."""
+        """Return the part of that name, in lower case: the unit's own, or of the nearest base."""
         parts = self._parts.get(id(entry))
         return (self._all_parts(entry) if parts is None else parts).get(key)
 
     def _all_parts(self, entry: DeclaredUnit) -> dict[str, FoundPart]:
-        """The parts of a unit and its bases by name, kept once the types of the blocks are
+        """Return the parts of a unit and its bases by name, kept once the types of the blocks are
         known."""
         units = self.chain(entry)
         is_final = all(

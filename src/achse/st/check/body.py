@@ -90,7 +90,7 @@ class RoutineBody:
     # what several parts need -----------------------------------------------------------------
 
     def truth(self, operand: TypedOperand, at: int) -> TypedValue:
-        """A BOOL. Raises `Unexpected` for anything else."""
+        """Return a BOOL. Raises `Unexpected` for anything else."""
         if isinstance(operand.flat, BoolType):
             return operand.value
         if operand.loose and operand.constant in (0, 1):
@@ -98,7 +98,7 @@ class RoutineBody:
         raise Unexpected(at, f"expected a BOOL, got a {operand.type.name}", Code.BOOL_EXPECTED)
 
     def widened(self, operand: TypedOperand, at: int) -> TypedOperand:
-        """A plain whole number at the type it has by itself: INT at least."""
+        """Return a plain whole number at the type it has by itself: INT at least."""
         if operand.flat.size >= INT.size:
             return operand
         return TypedOperand(converted(operand.value, INT, at), INT)

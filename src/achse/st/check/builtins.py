@@ -100,7 +100,7 @@ class Builtins:
         self._body = body
 
     def call(self, name: str, arguments: Sequence[Argument], at: int) -> TypedOperand:
-        """A call. Raises `Unexpected`."""
+        """Return a call. Raises `Unexpected`."""
         name = name.upper()
         system = self._body.system
         special = system.special(name)
@@ -115,7 +115,7 @@ class Builtins:
         return row.make(self, name, self._operands(name, arguments, row, at), at)
 
     def variable(self, name: str, at: int) -> TypedOperand | None:
-        """A name that is a value by itself, where nothing declares it."""
+        """Return a name that is a value by itself, where nothing declares it."""
         return self._body.system.variable(name.upper(), at)
 
     def _operands(
@@ -183,7 +183,7 @@ class Builtins:
         return TypedOperand(result, target, text=None)
 
     def _as_source(self, operand: TypedOperand, source: IecType[Any], at: int) -> TypedValue:
-        """The operand at the type that the name of the conversion begins with."""
+        """Return the operand at the type that the name of the conversion begins with."""
         if operand.loose or isinstance(source, BoolType) != isinstance(operand.flat, BoolType):
             if isinstance(source, IntegerType | TimeType) and isinstance(operand.flat, RealType):
                 return self._body.converter.implicit(operand, source, at)

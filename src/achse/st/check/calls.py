@@ -124,7 +124,7 @@ class CallChecker:
     # routines --------------------------------------------------------------------------------
 
     def invoke(self, callee: Callee, arguments: Sequence[Argument], at: int) -> TypedOperand:
-        """A function, method, action or body with arguments as written."""
+        """Return a function, method, action or body with arguments as written."""
         signature = callee.signature
         parameters = signature.parameters
         base = None if isinstance(signature.entry.tree, Program) else CalleeBase()
@@ -138,7 +138,7 @@ class CallChecker:
         return self._invocation(callee, inputs, outputs, at)
 
     def invoke_values(self, callee: Callee, values: Sequence[TypedValue], at: int) -> TypedValue:
-        """A function with values that fit its first parameters."""
+        """Return a function with values that fit its first parameters."""
         inputs = tuple(
             Stored(place_of(parameter, at), value, flat(parameter.variable.type), at)
             for parameter, value in zip(callee.signature.parameters, values, strict=False)
@@ -189,7 +189,7 @@ class CallChecker:
         return TypedOperand(replace(call, result=result, type=BOOL), BOOL)
 
     def block(self, operand: TypedOperand, arguments: Sequence[Argument], at: int) -> TypedOperand:
-        """A function block instance."""
+        """Return a function block instance."""
         type = operand.flat
         if not isinstance(type, StructType) or type.kind is not RecordKind.FUNCTION_BLOCK:
             raise Unexpected(at, f"a {operand.type.name} cannot be called", Code.NOT_CALLABLE)
@@ -210,7 +210,7 @@ class CallChecker:
     def _block_without_source(
         self, type: StructType[Any], address: TypedValue, arguments: Sequence[Argument], at: int
     ) -> TypedOperand:
-        """A block of which only the variables are known: a Python class may be its body."""
+        """Return a block of which only the variables are known: a Python class may be its body."""
         parameters = [
             DeclaredParameter(
                 member,
@@ -231,7 +231,7 @@ class CallChecker:
         return TypedOperand(value, _NOTHING)
 
     def program(self, unit: UnitName, arguments: Sequence[Argument], at: int) -> TypedOperand:
-        """A program that another calls."""
+        """Return a program that another calls."""
         entry = unit.entry
         if entry is None or not isinstance(entry.tree, Program):
             raise Unexpected(
@@ -244,7 +244,7 @@ class CallChecker:
     # properties ------------------------------------------------------------------------------
 
     def read_property(self, use: PropertyUse) -> TypedOperand:
-        """The value of a property: its GET is called."""
+        """Return the value of a property: its GET is called."""
         signature = self._accessor(use, get=True)
         if signature is None:
             raise Unexpected(
@@ -256,7 +256,7 @@ class CallChecker:
         return self._invocation(callee, (), (), use.at)
 
     def write_property(self, use: PropertyUse, operand: TypedOperand, at: int) -> TypedValue:
-        """An assignment to a property: its SET is called."""
+        """Return an assignment to a property: its SET is called."""
         signature = self._accessor(use, get=False)
         if signature is None:
             raise Unexpected(
@@ -281,7 +281,7 @@ class CallChecker:
 
 
 def _table_name(signature: Signature) -> str:
-    """The name of a routine in the table of its block."""
+    """Return the name of a routine in the table of its block."""
     if signature.kind is RoutineKind.BODY:
         return ""
     return signature.key.rpartition(".")[2]

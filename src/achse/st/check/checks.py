@@ -47,12 +47,12 @@ class ImplicitChecks:
         return self._body.calls.invoke_values(Callee(function, None, True, at), values, at)
 
     def bounds(self, index: TypedValue, first: TypedValue, last: TypedValue, at: int) -> TypedValue:
-        """An index, through CheckBounds if there is one."""
+        """Return an index, through CheckBounds if there is one."""
         values = (converted(index, DINT, at), first, last)
         return self._call("checkbounds", values, at) or index
 
     def divisor(self, value: TypedValue, at: int) -> TypedValue:
-        """A divisor, through CheckDivX if there is one and the divisor is not constant."""
+        """Return a divisor, through CheckDivX if there is one and the divisor is not constant."""
         if isinstance(value, Known):
             return value
         type = value.type
@@ -66,7 +66,7 @@ class ImplicitChecks:
     def in_range(
         self, value: TypedValue, operand: TypedOperand, type: SubrangeType, at: int
     ) -> TypedValue:
-        """A value for a sub-range, through CheckRangeX if there is one, before it is cut."""
+        """Return a value for a sub-range, through CheckRangeX if there is one, before it is cut."""
         base = type.integer
         wide, name = _range_function(base)
         limits = (Known(type.low, wide, at), Known(type.high, wide, at))
@@ -74,7 +74,7 @@ class ImplicitChecks:
         return value if checked is None else converted(checked, base, at)
 
     def pointer(self, value: TypedValue, type: PointerType, at: int) -> TypedValue:
-        """A pointer, through CheckPointer if there is one."""
+        """Return a pointer, through CheckPointer if there is one."""
         function = self._body.checking.function("checkpointer")
         if function is None or self._is_off or len(function.parameters) < 4:
             return value

@@ -24,7 +24,7 @@ Implements = Callable[[StructType[Any], InterfaceType], bool | None]
 
 
 def converted(value: TypedValue, target: IecType[Any], at: int) -> TypedValue:
-    """A value at another flat type, however much of it is lost. Folds constants.
+    """Return a value at another flat type, however much of it is lost. Folds constants.
 
     Types that differ in name only need no conversion: BYTE and USINT, POINTER and LWORD.
     """
@@ -150,7 +150,7 @@ class Converter:
     def _constant(
         self, operand: TypedOperand, target: IecType[Any], to: IecType[Any], at: int
     ) -> TypedValue:
-        """A constant of no certain type takes the type it goes into, if that holds it."""
+        """Return a constant of no certain type takes the type it goes into, if that holds it."""
         value = operand.constant
         if operand.text is not None:
             source = operand.flat
@@ -270,5 +270,5 @@ class Converter:
 
 
 def _simple(name: str) -> str:
-    """A name without its name space, to compare."""
+    """Return a name without its name space, to compare."""
     return name.rpartition(".")[2].casefold()

@@ -123,7 +123,7 @@ class Elements:
     def _step(
         self, index: TypedValue, first: TypedValue, last: TypedValue, stride: int, at: int
     ) -> IndexStep:
-        """The step of an index between bounds, which count if the project checks them."""
+        """Return the step of an index between bounds, which count if the project checks them."""
         return IndexStep(
             index, first, last if self._body.checking.check_bounds else None, stride, at
         )
@@ -131,7 +131,7 @@ class Elements:
     def _open_element(
         self, whole: TypedOperand, indices: list[tuple[TypedValue, int]], at: int
     ) -> TypedOperand:
-        """An element of an ARRAY [*]: its bounds are in hidden variables."""
+        """Return an element of an ARRAY [*]: its bounds are in hidden variables."""
         count = len(whole.bounds) // 2
         if len(indices) != count:
             raise Unexpected(

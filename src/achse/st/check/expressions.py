@@ -59,7 +59,7 @@ class ExpressionChecker:
         self._body = body
 
     def operand(self, tree: Expression) -> TypedOperand:
-        """An expression as a value. Raises `Unexpected` and `Failed`."""
+        """Return an expression as a value. Raises `Unexpected` and `Failed`."""
         meaning = _READERS[tree.__class__](self, tree)
         if not isinstance(meaning, TypedOperand):
             meaning = self.as_operand(meaning, tree.at)
@@ -68,7 +68,7 @@ class ExpressionChecker:
         return meaning
 
     def as_operand(self, meaning: Meaning, at: int) -> TypedOperand:
-        """A meaning as a value: a property is read, a function is called."""
+        """Return a meaning as a value: a property is read, a function is called."""
         match meaning:
             case TypedOperand():
                 return meaning
@@ -102,7 +102,7 @@ class ExpressionChecker:
         return _READERS[tree.__class__](self, tree)
 
     def type_operand(self, tree: Expression) -> IecType[Any] | None:
-        """The type that an expression names; None if it is a value."""
+        """Return the type that an expression names; None if it is a value."""
         if isinstance(tree, TypeOperand):
             body = self._body
             return body.checking.names.type_of(tree.type, body.scope, body.signature.name)

@@ -21,7 +21,7 @@ _DAY_NS = 86_400 * 1_000_000_000
 
 
 def cut(value: int, type: IecType[Any]) -> int:
-    """A number as the bits of a type hold it."""
+    """Return a number as the bits of a type hold it."""
     whole = counted(type)
     width = 8 * whole.size
     bits = value & (1 << width) - 1
@@ -29,7 +29,7 @@ def cut(value: int, type: IecType[Any]) -> int:
 
 
 def rounded(value: float) -> int:
-    """A real as a whole number of 64 bits: nearest, halves away from zero."""
+    """Return a real as a whole number of 64 bits: nearest, halves away from zero."""
     if math.isnan(value):
         return 0
     if not -(2.0**63) <= value < 2.0**63:
@@ -47,7 +47,7 @@ def _truncated(value: float, type: IecType[Any]) -> int:
 
 
 def real(value: float, type: IecType[Any]) -> float:
-    """A number as a REAL or LREAL holds it."""
+    """Return a number as a REAL or LREAL holds it."""
     if type is not REAL:
         return value
     try:
@@ -94,7 +94,7 @@ def _converted(rule: Conversion, value: Any, source: IecType[Any], target: IecTy
 
 
 def rescaled(count: int, source: IecType[Any], target: IecType[Any]) -> int:
-    """A time in the unit of another type of times."""
+    """Return a time in the unit of another type of times."""
     nanoseconds = count * UNITS_NS.get(source.name, 1)
     if target.name in ("DATE", "LDATE"):
         nanoseconds -= nanoseconds % _DAY_NS

@@ -40,18 +40,18 @@ class VariableFrame:
         return placed
 
     def hidden(self, name: str, type: IecType[Any]) -> Variable[Any, Any]:
-        """A variable of the checker's own."""
+        """Return a variable of the checker's own."""
         return self.add(Variable(type, name=name, section=Section.LOCAL))
 
     def temporary(self, type: IecType[Any]) -> Variable[Any, Any]:
-        """A hidden variable for a value that needs an address."""
+        """Return a hidden variable for a value that needs an address."""
         self._temporaries += 1
         variable = self.hidden(f"__t{self._temporaries}", type)
         self.addressed.add(variable.name)
         return variable
 
     def find(self, key: str) -> Variable[Any, Any] | None:
-        """The variable of that name, in lower case."""
+        """Return the variable of that name, in lower case."""
         return self._by_name.get(key)
 
     def storage(self, variable: Variable[Any, Any], at: int) -> Storage:
@@ -60,7 +60,7 @@ class VariableFrame:
         return Storage(_FRAME, variable.offset, type, None, (), False, variable.name, at)
 
     def structure(self) -> StructType[Any]:
-        """The frame as a type: offsets, and the bytes it starts with."""
+        """Return the frame as a type: offsets, and the bytes it starts with."""
         spots = tuple(MemberOffset(variable.offset) for variable in self.variables)
         size = align(self._size, self._alignment)
         return StructType(

@@ -225,7 +225,7 @@ class Initials:
     def _flattened(
         self, type: ArrayType[Any], values: Sequence[Initial | Repetition]
     ) -> Iterator[Initial]:
-        """The values in order, repeated ones as often as they count."""
+        """Return the values in order, repeated ones as often as they count."""
         nested = isinstance(resolved(type.element), ArrayType)
         for item in values:
             if isinstance(item, ArrayInitial) and not nested:

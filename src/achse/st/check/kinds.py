@@ -84,13 +84,13 @@ def counted(type: IecType[Any]) -> IntegerType:
 
 
 def promoted(type: IecType[Any]) -> IntegerType:
-    """The type a single operand computes in: DINT at least."""
+    """Return the type a single operand computes in: DINT at least."""
     whole = counted(type)
     return DINT if whole.size < DINT.size else whole
 
 
 def common_integer(left: IecType[Any], right: IecType[Any]) -> IntegerType:
-    """The type that two integers compute in.
+    """Return the type that two integers compute in.
 
     As recorded of a real controller: below 32 bits everything is DINT; else the wider width,
     signed if either is.
@@ -105,12 +105,12 @@ def common_integer(left: IecType[Any], right: IecType[Any]) -> IntegerType:
 
 
 def common_real(left: IecType[Any], right: IecType[Any]) -> RealType:
-    """The type that numbers compute in of which at least one is real."""
+    """Return the type that numbers compute in of which at least one is real."""
     return LREAL if LREAL in (left, right) else REAL
 
 
 def natural(value: int) -> IntegerType:
-    """The smallest type that holds a whole number: unsigned for what is not below 0."""
+    """Return the smallest type that holds a whole number: unsigned for what is not below 0."""
     for size in (1, 2, 4, 8):
         type = (SIGNED if value < 0 else UNSIGNED)[size]
         if type.low <= value <= type.high:
@@ -163,12 +163,12 @@ def extends(derived: StructType[Any], base: StructType[Any]) -> bool:
 
 
 def duration_of(date: IecType[Any]) -> TimeType[Any]:
-    """The type of a difference of dates: TIME; LTIME of the 64-bit ones."""
+    """Return the type of a difference of dates: TIME; LTIME of the 64-bit ones."""
     return TIME if date.size == TIME.size else LTIME
 
 
 def known_from(image: bytes, type: IecType[Any]) -> Known:
-    """The constant that some bytes are, of a flat type."""
+    """Return the constant that some bytes are, of a flat type."""
     if isinstance(type, BoolType):
         return Known(image[0] != 0, type)
     if isinstance(type, RealType):

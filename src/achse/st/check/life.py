@@ -132,7 +132,7 @@ class Life:
         return part if isinstance(part, Method) else None
 
     def init_method(self, type: StructType[Any]) -> tuple[DeclaredUnit, Method] | None:
-        """The FB_init that takes the arguments of a declaration: the most derived one."""
+        """Return the FB_init that takes the arguments of a declaration: the most derived one."""
         entry = self._checking.names.entry_of(type)
         part = None if entry is None else self._checking.blocks.part(entry, "fb_init")
         if part is not None and isinstance(part.part, Method):
@@ -187,7 +187,7 @@ class Life:
             )
 
     def entry(self, type: StructType[Any]) -> DeclaredUnit:
-        """The unit that declares a record, or a program or list by its name."""
+        """Return the unit that declares a record, or a program or list by its name."""
         unit = self._checking.names.entry_of(type)
         return self._checking.names.scopes.entries[type.name.lower()] if unit is None else unit
 
@@ -237,7 +237,7 @@ class Life:
         return [*body.initials.reset(storage, type, at), step]
 
     def _flag(self, body: "RoutineBody", parameter: DeclaredParameter, at: int) -> Stored:
-        """A flag: that of the running `create`, else as at a start."""
+        """Return a flag: that of the running `create`, else as at a start."""
         name = parameter.variable.name
         place = Storage(CalleeBase(), parameter.variable.offset, BOOL, name=name, at=at)
         own = body.frame.find(name.lower())
@@ -300,7 +300,7 @@ class Life:
         return self._checking.names.entry_of(type) is None and bool(_members(declaration.type))
 
     def _written(self, declaration: Declaration, count: int) -> Iterator[tuple[Argument, ...]]:
-        """The arguments of FB_init for each element of a variable."""
+        """Return the arguments of FB_init for each element of a variable."""
         arguments = declaration.arguments
         if not isinstance(arguments, ArrayInitial):
             yield from (arguments for _ in range(count))
@@ -314,7 +314,7 @@ class Life:
     def statements(
         self, body: "RoutineBody", type: StructType[Any], event: LifeEvent
     ) -> list[TypedStatement]:
-        """The body of a lifecycle routine."""
+        """Return the body of a lifecycle routine."""
         if event is LifeEvent.CREATE:
             return [
                 *self._of_base(body, type, event),
@@ -340,7 +340,7 @@ class Life:
     def _last_call(
         self, body: "RoutineBody", type: StructType[Any], event: LifeEvent
     ) -> Iterator[TypedStatement]:
-        """The method of the most derived block."""
+        """Return the method of the most derived block."""
         entry = self._checking.names.entry_of(type)
         if entry is None:
             return
@@ -361,7 +361,7 @@ class Life:
         yield self._call(body, callee)
 
     def _call(self, body: "RoutineBody", callee: Signature) -> TypedStatement:
-        """A call on this instance that passes parameters on by name."""
+        """Return a call on this instance that passes parameters on by name."""
         at = body.signature.entry.tree.at
         inputs = []
         passed = (
@@ -444,7 +444,7 @@ class Life:
         return Storage(base, member.offset, kind, member.bit, name=member.name, at=at)
 
     def _declarations(self, type: StructType[Any]) -> dict[str, Declaration]:
-        """The declarations of a record's own members, by name in lower case."""
+        """Return the declarations of a record's own members, by name in lower case."""
         tree = self.entry(type).tree
         by_name: dict[str, Declaration] = {}
         declarations: list[Declaration] = []
@@ -463,7 +463,7 @@ class Life:
 
 
 def element_of(type: IecType[Any]) -> StructType[Any] | None:
-    """The record that a variable is, or that its elements are; None for anything else."""
+    """Return the record that a variable is, or that its elements are; None for anything else."""
     real = resolved(type)
     while isinstance(real, ArrayType):
         real = resolved(real.element)

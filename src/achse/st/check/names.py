@@ -109,7 +109,7 @@ class NameResolver:
         return None if is_builtin(name) else entry
 
     def of_entry(self, entry: DeclaredUnit, at: int) -> Meaning:
-        """A unit as a meaning."""
+        """Return a unit as a meaning."""
         body = self._body
         tree = entry.tree
         if isinstance(tree, Function):
@@ -121,7 +121,7 @@ class NameResolver:
         return SpaceName(entry.name, at)
 
     def unknown(self, name: str, at: int) -> Unexpected:
-        """The fault of a name that means nothing."""
+        """Return the fault of a name that means nothing."""
         if name.upper().partition(".")[0] in ("TC_EVENTS", "TC_EVENT_CLASSES"):
             return Unexpected(
                 at,
@@ -145,7 +145,7 @@ class NameResolver:
     # variables -------------------------------------------------------------------------------
 
     def variable(self, key: str, at: int) -> TypedOperand | None:
-        """A variable of the routine, of its instance, or of its unit."""
+        """Return a variable of the routine, of its instance, or of its unit."""
         known = self._variable_by_name.get(key)
         if known is not None:
             return known
@@ -203,7 +203,7 @@ class NameResolver:
         return operand
 
     def _inner_value(self, key: str, at: int) -> TypedOperand | None:
-        """A value of an enumeration that is declared where a variable is."""
+        """Return a value of an enumeration that is declared where a variable is."""
         here: Scope | None = self._body.scope
         while here is not None:
             if key in here.values:
@@ -238,7 +238,7 @@ class NameResolver:
         return value
 
     def member_of_instance(self, member: Variable[Any, Any], at: int) -> TypedOperand:
-        """A variable of the instance the routine runs on."""
+        """Return a variable of the instance the routine runs on."""
         body = self._body
         assert body.this is not None
         if not member.in_memory:
@@ -278,7 +278,7 @@ class NameResolver:
             operand.bounds = tuple(bounds)
 
     def static_of(self, type: StructType[Any], member: Variable[Any, Any]) -> StaticBase:
-        """The one place of a VAR_STAT variable of a block."""
+        """Return the one place of a VAR_STAT variable of a block."""
         here: StructType[Any] | None = type
         while here is not None:
             if any(own is member for own in here.own_members):
@@ -292,7 +292,7 @@ class NameResolver:
         return read(storage, variable.type, at)
 
     def of_unit(self, owner: str, key: str, at: int) -> TypedOperand:
-        """A variable of a program or variable list."""
+        """Return a variable of a program or variable list."""
         entry = self._names.scopes.entries[owner.lower()]
         iec = self._body.checking.unit(entry, at)
         return self.of_predefined(iec, key, at)
@@ -342,7 +342,7 @@ class NameResolver:
             return None
 
     def of_list(self, scope: Scope, declared: Declared, key: str, at: int) -> TypedOperand:
-        """A variable of a list or program, by its declaration."""
+        """Return a variable of a list or program, by its declaration."""
         constant = self.constant(scope, declared, key, at)
         return self._with_constant(self.of_unit(scope.owner, key, at), declared, constant, at)
 
@@ -357,7 +357,7 @@ class NameResolver:
     # parts -----------------------------------------------------------------------------------
 
     def _own_part(self, key: str, at: int) -> Meaning | None:
-        """A method, property or action of the routine's own block or program."""
+        """Return a method, property or action of the routine's own block or program."""
         body = self._body
         entry = body.signature.entry
         if body.checking.blocks.part(entry, key) is None:
@@ -407,7 +407,7 @@ class NameResolver:
         return UnitPins(type(tree).__name__, inputs, outputs)
 
     def routine(self, name: str, at: int) -> Meaning | None:
-        """A function, method or built-in of that name, though a variable has it, too."""
+        """Return a function, method or built-in of that name, though a variable has it, too."""
         key = name.lower()
         meaning = self._own_part(key, at)
         if meaning is None:
@@ -418,7 +418,7 @@ class NameResolver:
         return meaning if isinstance(meaning, Callee) else None
 
     def this_address(self, at: int) -> TypedValue | None:
-        """The address of the instance, in routines that have one."""
+        """Return the address of the instance, in routines that have one."""
         this = self._body.this
         if this is None:
             return None
@@ -428,7 +428,7 @@ class NameResolver:
     def of_part(
         self, entry: DeclaredUnit, key: str, instance: TypedValue | None, is_exact: bool, at: int
     ) -> Meaning | None:
-        """The part of a unit with that name, on an instance. Raises `Failed`."""
+        """Return the part of a unit with that name, on an instance. Raises `Failed`."""
         body = self._body
         match = body.checking.blocks.part(entry, key)
         if match is None:
@@ -449,5 +449,5 @@ class NameResolver:
 
 
 def replaced(storage: Storage, **changes: Any) -> Storage:
-    """The same storage with other values of some fields."""
+    """Return the same storage with other values of some fields."""
     return changed(storage, **changes)

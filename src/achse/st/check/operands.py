@@ -95,7 +95,7 @@ def followed_value(value: TypedValue, type: PointerType, at: int) -> TypedOperan
 
 
 def address_of(storage: Storage, type: IecType[Any], at: int) -> TypedValue:
-    """The address of a storage; of the target of a pointer, the pointer's value."""
+    """Return the address of a storage; of the target of a pointer, the pointer's value."""
     if isinstance(storage.base, PointerBase) and not storage.offset and not storage.steps:
         return storage.base.address
     pointer = PointerType(storage.type, type.size) if not isinstance(type, PointerType) else type
@@ -105,12 +105,12 @@ def address_of(storage: Storage, type: IecType[Any], at: int) -> TypedValue:
 def known(
     value: int | float | bool, type: IecType[Any], at: int, *, loose: bool = False
 ) -> TypedOperand:
-    """A constant."""
+    """Return a constant."""
     return TypedOperand(Known(value, flat(type), at), type, loose=loose)
 
 
 def texted(text: str, type: StringType, at: int) -> TypedOperand:
-    """A text constant, in the shortest type that holds it."""
+    """Return a text constant, in the shortest type that holds it."""
     type_of_text = _type_of_text(text, type)
     return TypedOperand(
         Known(coded(text, type_of_text), type_of_text, at), type_of_text, loose=True, text=text
@@ -118,7 +118,7 @@ def texted(text: str, type: StringType, at: int) -> TypedOperand:
 
 
 def _type_of_text(text: str, type: StringType) -> StringType:
-    """The type of a text constant."""
+    """Return the type of a text constant."""
     if type.unit == 1:
         try:
             return STRING(len(text.encode("cp1252")))
@@ -128,7 +128,7 @@ def _type_of_text(text: str, type: StringType) -> StringType:
 
 
 def coded(text: str, type: StringType) -> bytes:
-    """The bytes of a text in a type, cut to its length."""
+    """Return the bytes of a text in a type, cut to its length."""
     if type.unit == 2:
         return text.encode("utf-16-le", "surrogatepass")[: 2 * type.length]
     data = text.encode("utf-8" if type.coding == "utf-8" else "cp1252", "replace")

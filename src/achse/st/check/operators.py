@@ -159,7 +159,7 @@ class Operators:
     def _meeting(
         self, left: TypedOperand, right: TypedOperand, at: int
     ) -> tuple[IecType[Any], IecType[Any]]:
-        """The type that two operands compute in, and that of the result as declared."""
+        """Return the type that two operands compute in, and that of the result as declared."""
         a, b = left.flat, right.flat
         if isinstance(a, BoolType) or isinstance(b, BoolType):
             for item in (left, right):
@@ -239,7 +239,7 @@ class Operators:
     def _with_loose(
         self, typed: TypedOperand, loose: TypedOperand
     ) -> tuple[IecType[Any], IecType[Any]]:
-        """A constant takes the type of what it meets, if that holds it."""
+        """Return a constant takes the type of what it meets, if that holds it."""
         wide = promoted(typed.flat)
         value = loose.constant
         assert isinstance(value, int)
@@ -465,7 +465,7 @@ class Operators:
         return TypedOperand(folded(Computed(operator, values, BOOL, at)), BOOL)
 
     def _addressed(self, operand: TypedOperand, other: TypedOperand, at: int) -> TypedOperand:
-        """A block that is compared with an interface is its address."""
+        """Return a block that is compared with an interface is its address."""
         type = operand.flat
         if not is_interface(other.flat) or not isinstance(type, StructType):
             return operand

@@ -62,7 +62,7 @@ class Paths:
         return Storage(base, 0, operand.flat, name=variable.name, at=at)
 
     def address(self, operand: TypedOperand, type: IecType[Any], at: int) -> TypedValue:
-        """The address of an operand."""
+        """Return the address of an operand."""
         storage = self.storage(operand, at)
         if storage.bit is not None:
             raise Unexpected(at, f"a bit has no address: {storage.name}", Code.NO_ADDRESS)
@@ -98,7 +98,7 @@ class Paths:
                 return self.member_of(callee, tree.name, at)
 
     def member_of(self, whole: TypedOperand, name: str, at: int) -> Meaning:
-        """A member, method, property or action of an operand."""
+        """Return a member, method, property or action of an operand."""
         type = whole.flat
         key = name.lower()
         if whole.bits_of is not None and whole.bits_of.has_member(key):
@@ -176,7 +176,7 @@ class Paths:
     def _part_of(
         self, whole: TypedOperand, type: StructType[Any], key: str, at: int
     ) -> Meaning | None:
-        """A method, property or action of an instance."""
+        """Return a method, property or action of an instance."""
         if type.kind is not RecordKind.FUNCTION_BLOCK:
             return None
         entry = self._body.checking.names.entry_of(type)
@@ -303,7 +303,7 @@ class Paths:
         return self.part(whole, tree.width, tree.number, tree.at)
 
     def part(self, whole: TypedOperand, width: str, number: int, at: int) -> TypedOperand:
-        """A bit, byte, word … of an integer."""
+        """Return a bit, byte, word … of an integer."""
         type = whole.flat
         if not isinstance(type, IntegerType):
             raise Unexpected(at, f"a bit of a whole number, got a {whole.type.name}", Code.BAD_PART)

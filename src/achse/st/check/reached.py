@@ -74,7 +74,7 @@ def faults_by_reach(
 
 
 def _unit_of(routine: Routine) -> str:
-    """The key of the unit that a routine belongs to."""
+    """Return the key of the unit that a routine belongs to."""
     return _declared(routine.owner or routine.key)
 
 
@@ -88,5 +88,5 @@ def _is_in(key: str, units: Container[str]) -> bool:
 
 
 def _declared(key: str) -> str:
-    """The key of the declaration of an instance of a generic block."""
+    """Return the key of the declaration of an instance of a generic block."""
     return key.partition("<")[0]

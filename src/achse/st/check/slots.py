@@ -18,7 +18,7 @@ Notes = Mapping[str, Mapping[str, str]]
 
 
 def slot_of(note: Mapping[str, str]) -> str:
-    """The attribute that has the runtime call a routine in a slot; empty without one."""
+    """Return the attribute that has the runtime call a routine in a slot; empty without one."""
     for name in (AFTER_GLOBAL_INIT, AFTER_ONLINE_CHANGE):
         if note.get(name, "").strip().isdecimal():
             return name
@@ -26,7 +26,7 @@ def slot_of(note: Mapping[str, str]) -> str:
 
 
 def slot_calls(name: str, routines: Iterable[Routine], notes: Notes) -> tuple[InitCall, ...]:
-    """The routines with a slot of that attribute, in the order of their slots."""
+    """Return the routines with a slot of that attribute, in the order of their slots."""
     calls = []
     for routine in routines:
         slot = notes.get(routine.key, {}).get(name, "").strip()

@@ -86,7 +86,7 @@ class StatementChecker:
         self._all_labels: set[str] = set()
 
     def routine(self, statements: Statements) -> TypedStatements:
-        """The whole body of a routine."""
+        """Return the whole body of a routine."""
         self._all_labels = {label.name.lower() for label in _labels_within(statements)}
         return self.sequence(statements)
 
@@ -136,7 +136,7 @@ class StatementChecker:
         return Do(self._body.assignments.assign(tree).value, tree.at)
 
     def _implicit_init(self, tree: Call) -> list[TypedStatement]:
-        """The statements of `fb.FB_init(…)` of a block that declares none; else nothing."""
+        """Return the statements of `fb.FB_init(…)` of a block that declares none; else nothing."""
         of = tree.of
         if not isinstance(of, Member) or of.name.lower() != "fb_init":
             return []
@@ -162,7 +162,7 @@ class StatementChecker:
         return Do(value, tree.of.at)
 
     def _bare(self, tree: Expression) -> TypedStatement | None:
-        """A name alone: a call without parentheses, or nothing that does anything."""
+        """Return a name alone: a call without parentheses, or nothing that does anything."""
         body = self._body
         meaning = body.expressions.meaning(tree)
         if isinstance(meaning, PropertyUse):
@@ -215,7 +215,7 @@ class StatementChecker:
     # choices ---------------------------------------------------------------------------------
 
     def _condition(self, tree: Expression) -> TypedValue:
-        """A BOOL; a fault in it is reported, and the check continues."""
+        """Return a BOOL; a fault in it is reported, and the check continues."""
         body = self._body
         try:
             return body.truth(body.expressions.operand(tree), tree.at)

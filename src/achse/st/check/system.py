@@ -47,7 +47,7 @@ class SystemOperators:
 
     @staticmethod
     def special(name: str) -> "Special | None":
-        """The operator of that name, in upper case."""
+        """Return the operator of that name, in upper case."""
         return _SPECIALS.get(name)
 
     def variable(self, name: str, at: int) -> TypedOperand | None:
@@ -74,7 +74,7 @@ class SystemOperators:
         return TypedOperand(body.paths.address(operand, pointer, trees[0].at), pointer)
 
     def _bit_address(self, trees: list[Expression], at: int) -> TypedOperand:
-        """The number of a bit from the start of its area."""
+        """Return the number of a bit from the start of its area."""
         body = self._body
         self._take("BITADR", trees, 1, at)
         operand = body.expressions.operand(trees[0])

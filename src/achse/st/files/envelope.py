@@ -80,7 +80,7 @@ def _misses(element: Element, expected: str) -> Diagnostic:
 
 
 def parse_envelope(root: Element, path: str, defines: Defines = ()) -> Parsed:
-    """The units of a file and all that is wrong with it."""
+    """Return the units of a file and all that is wrong with it."""
     texts: list[str] = []
     pieces = []
     spans: dict[Element, tuple[int, int]] = {}
@@ -99,7 +99,7 @@ def parse_envelope(root: Element, path: str, defines: Defines = ()) -> Parsed:
 
 
 def _drawings(root: Element, start: int) -> dict[Element, GraphicalBody]:
-    """The bodies in other languages, with offsets from `start` on."""
+    """Return the bodies in other languages, with offsets from `start` on."""
     bodies: dict[Element, GraphicalBody] = {}
     for owner in root.walk():
         implementation = owner.find("Implementation")
@@ -199,7 +199,7 @@ class _Envelope:
             yield changed(unit, parts=parts)
 
     def _body(self, element: Element) -> Body:
-        """The statements; None for a body in another language, () where there is none."""
+        """Return the statements; None for a body in another language, () where there is none."""
         implementation = element.find("Implementation")
         if implementation is None or not implementation.children:
             return ()
@@ -285,7 +285,7 @@ class _Envelope:
 
 
 def head_of(parser: Parser) -> Program | FunctionBlock | Function:
-    """The head and the variables of a unit."""
+    """Return the head and the variables of a unit."""
     kind = parser.cursor.kinds[parser.cursor.position]
     if kind == "FUNCTION_BLOCK":
         return parser.function_block(whole=False)

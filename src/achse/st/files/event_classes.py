@@ -44,7 +44,7 @@ class EventClass:
 
 
 def event_classes(contents: Iterable[tuple[bytes, str]]) -> list[EventClass]:
-    """The classes in some files, each once; what is not well formed is passed over."""
+    """Return the classes in some files, each once; what is not well formed is passed over."""
     classes: dict[str, EventClass] = {}
     for data, name in contents:
         if b"<EventId>" not in data:

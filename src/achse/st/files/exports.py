@@ -107,7 +107,7 @@ def _task(match: "re.Match[str]", body: str) -> TaskDeclaration:
 
 
 def _nanoseconds(text: str) -> int:
-    """The length of a TIME literal; 0 for anything else."""
+    """Return the length of a TIME literal; 0 for anything else."""
     try:
         milliseconds = literal_value(text).value
     except ValueError:
@@ -161,7 +161,7 @@ def _add(units: list[Unit], unit: Unit) -> None:
 
 
 def _placed(unit: U) -> U:
-    """A unit whose variables have places that the station knows or chooses."""
+    """Return a unit whose variables have places that the station knows or chooses."""
     if not isinstance(unit, Program | FunctionBlock | Function | GlobalList):
         return unit
     blocks = tuple(
@@ -306,7 +306,7 @@ class _Export:
         units[-1] = replace(owner, parts=(*owner.parts, *parts))
 
     def _step_actions(self, body: GraphicalBody, offset: int) -> Iterator[Action]:
-        """The statements of steps as actions of their unit."""
+        """Return the statements of steps as actions of their unit."""
         for step in step_bodies(body.text):
             start = offset + step.start
             parser = Parser(self._source, start, offset + step.end, self._defines)

@@ -86,7 +86,7 @@ def read_sources(
 
 
 def _possible(tasks: Sequence[TaskDeclaration], name: str) -> Sequence[TaskDeclaration]:
-    """The tasks of a file. Raises `SourceError` for a cycle or priority that no task has."""
+    """Return the tasks of a file. Raises `SourceError` for a cycle or priority that no task has."""
     faults = []
     for task in tasks:
         for what, value, least, most in (
@@ -106,7 +106,7 @@ def _names(defines: Defines) -> Iterable[str]:
 
 
 def symbol_files(path: Path) -> list[Path]:
-    """The `.tmc` files beside a project, that with its name first."""
+    """Return the `.tmc` files beside a project, that with its name first."""
     if path.is_dir():
         projects = [file for file in files_below(path) if has_content(file, Content.PROJECT)]
         path = projects[0] if len(projects) == 1 else path
@@ -119,7 +119,7 @@ def symbol_files(path: Path) -> list[Path]:
 
 
 def source_files(path: Path) -> list[tuple[Path, str]]:
-    """The files of a project in a fixed order, each with the name it has in faults.
+    """Return the files of a project in a fixed order, each with the name it has in faults.
 
     Raises `SourceError` if there are none, or if it is not clear which count.
     """
@@ -180,7 +180,7 @@ def files_below(folder: Path) -> list[Path]:
 
 
 def project_file(path: Path) -> Path | None:
-    """The `.plcproj` that says what is in a path; None without one."""
+    """Return the `.plcproj` that says what is in a path; None without one."""
     if has_content(path, Content.PROJECT) and path.is_file():
         return path
     projects = [item for item in files_below(path) if has_content(item, Content.PROJECT)]
@@ -271,12 +271,12 @@ def _has_solution(folder: Path) -> bool:
 
 
 def _included(element: Element) -> str:
-    """The path that `Include` gives, from the project's folder, with `/`."""
+    """Return the path that `Include` gives, from the project's folder, with `/`."""
     return PureWindowsPath(unquote(element.attributes.get("Include", ""))).as_posix()
 
 
 def without_case(path: Path) -> Path:
-    """The file of that name where capitals do not count, as where the project was made."""
+    """Return the file of that name where capitals do not count, as where the project was made."""
     if path.exists() or path.parent == path:
         return path
     folder = without_case(path.parent)

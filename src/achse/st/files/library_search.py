@@ -227,7 +227,7 @@ def _is_source(item: Path) -> bool:
 def _with_parameters(
     parsed: Parsed, reference: LibraryReference, faults: list[Diagnostic]
 ) -> Parsed:
-    """A source with the constants that the project sets for the library."""
+    """Return a source with the constants that the project sets for the library."""
     if not reference.parameters:
         return parsed
     units: list[Unit] = []

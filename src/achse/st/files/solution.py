@@ -50,7 +50,7 @@ class TaskOptions(NamedTuple):
 
 
 def task_options(files: Iterable[tuple[bytes, str]]) -> Mapping[str, TaskOptions]:
-    """The options by the name of the task in lower case; the first file counts."""
+    """Return the options by the name of the task in lower case; the first file counts."""
     by_task: dict[str, TaskOptions] = {}
     for data, _ in files:
         for head, name in _TASK.findall(data):
@@ -66,13 +66,13 @@ def task_options(files: Iterable[tuple[bytes, str]]) -> Mapping[str, TaskOptions
 
 
 def solution_files(path: Path) -> Iterator[tuple[bytes, str]]:
-    """The solution's project, in the folder of a PLC's project or above, with its name."""
+    """Return the solution's project, in the folder of a PLC's project or above, with its name."""
     for file in _solutions(path):
         yield content_of(file, file.name), file.name
 
 
 def type_files(path: Path) -> Iterator[tuple[bytes, str]]:
-    """The `.tmc` files of the solution's type system that are there, each with its name."""
+    """Return the `.tmc` files of the solution's type system that are there, each with its name."""
     for file in _solutions(path):
         for said in _TMC_FILE.findall(content_of(file, file.name)):
             name = unescape(said.decode("utf-8", "replace")).replace("\\", "/")

@@ -44,27 +44,27 @@ class ArchiveObject:
         """Elements of a list; keys and values of a dictionary."""
 
     def text(self, name: str, default: str = "") -> str:
-        """A string member without its quotes; the default for null."""
+        """Return a string member without its quotes; the default for null."""
         value = self.members.get(name)
         return unquoted(value) if isinstance(value, str) else default
 
     def flag(self, name: str) -> bool:
-        """A Boolean member; False for null."""
+        """Return a Boolean member; False for null."""
         return self.members.get(name) == "true"
 
     def number(self, name: str, default: int = 0) -> int:
-        """A whole number, with or without the suffix of a long one."""
+        """Return a whole number, with or without the suffix of a long one."""
         value = self.members.get(name)
         digits = value.strip().removesuffix("L") if isinstance(value, str) else ""
         return whole_number(digits, default)
 
     def part(self, name: str) -> "ArchiveObject | None":
-        """An object or list member; None for null."""
+        """Return an object or list member; None for null."""
         value = self.members.get(name)
         return value if isinstance(value, ArchiveObject) else None
 
     def objects(self, name: str) -> "list[ArchiveObject]":
-        """The objects in a list member."""
+        """Return the objects in a list member."""
         members = self.part(name)
         return [] if members is None else list(members)
 
@@ -80,7 +80,7 @@ class ArchiveObject:
 
 
 def unquoted(text: str) -> str:
-    """A string as the archive has it, without its quotes."""
+    """Return a string as the archive has it, without its quotes."""
     return text[1:-1] if len(text) > 1 and text[0] == text[-1] == '"' else text
 
 

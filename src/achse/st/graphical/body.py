@@ -159,7 +159,7 @@ class GraphicalBody:
         return self.line + before, max(1, column)
 
     def offset_at(self, line: int, column: int) -> int | None:
-        """The offset of a line and column of the file; None outside of the drawing."""
+        """Return the offset of a line and column of the file; None outside of the drawing."""
         breaks, below = self._breaks, line - self.line
         if not 0 < below <= len(breaks):  # the first line begins with the element's tag
             return None

@@ -73,7 +73,7 @@ _START_VALUES = {
 
 
 def memory_of(body: GraphicalBody, key: str) -> str:
-    """The name of the memory of an edge; `key` is the number of its node in the body."""
+    """Return the name of the memory of an edge; `key` is the number of its node in the body."""
     owner = body.owner
     return f"__{owner.unit}_{owner.part}_{key}"
 
@@ -84,7 +84,7 @@ def sign_of_operator(name: str) -> str:
 
 
 def operator_of(node: Box) -> str:
-    """The kind of a box in lower case: `and` too for a box `&`, `gt` for one `>`."""
+    """Return the kind of a box in lower case: `and` too for a box `&`, `gt` for one `>`."""
     return _KINDS.get(node.type, node.call.lower())
 
 
@@ -98,7 +98,7 @@ def call_of_operator(name: str) -> str:
 
 
 def sign_of(node: Box) -> str:
-    """The sign of a box; empty for what is called like a function."""
+    """Return the sign of a box; empty for what is called like a function."""
     return sign_of_operator(operator_of(node))
 
 

@@ -62,7 +62,7 @@ class StepFlow:
         self.initial = initial[0]
 
     def step(self, name: str, at: int) -> ChartStep:
-        """The step of a name. Raises `Unexpected`."""
+        """Return the step of a name. Raises `Unexpected`."""
         step = self._by_name.get(name.lower())
         if step is None:
             raise Unexpected(at, f"expected a step, got '{name[:80]}'", Code.BAD_CHART_FLOW)
@@ -161,7 +161,7 @@ class ChartFlow(StepFlow):
 
 
 def steps_of(elements: Sequence[ChartElement]) -> Iterator[ChartStep]:
-    """The steps of a part of a chart, from top to bottom and left to right."""
+    """Return the steps of a part of a chart, from top to bottom and left to right."""
     for element in elements:
         match element:
             case ChartStep():

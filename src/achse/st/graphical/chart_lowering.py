@@ -165,7 +165,7 @@ class _Controlled:
 
 
 def _controlled(steps: Iterable[ChartStep]) -> list[_Controlled]:
-    """The controlled actions in alphabetical order."""
+    """Return the controlled actions in alphabetical order."""
     actions: dict[str, _Controlled] = {}
     for step in steps:
         for one in step.associations:
@@ -384,7 +384,7 @@ class _Lowering(BodyStatements):
             self._run(action, condition, at, value=True)
 
     def _is_active(self, action: _Controlled, qualifier: str, at: int) -> Expression:
-        """An active step holds the action with that qualifier."""
+        """Return an active step holds the action with that qualifier."""
         steps = [step for step, one in action.associations if one.qualifier == qualifier]
         return _or((self._member(step, "x", at) for step in steps), at)
 
@@ -502,7 +502,7 @@ class _Lowering(BodyStatements):
         return self.expression(text, at)
 
     def _tip_edge(self) -> Expression | None:
-        """A rising edge of SFCTip."""
+        """Return a rising edge of SFCTip."""
         if "tip" not in self._flags:
             return None
         return self.edge(_tip(self.body), Name("SFCTip", self._start), rises=True, at=self._start)

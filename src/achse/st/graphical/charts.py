@@ -167,7 +167,7 @@ def _flags_within(source: ArchiveObject) -> ArchiveObject | None:
 
 
 def _elements(source: ArchiveObject) -> list[ArchiveObject]:
-    """The elements in the object `ElementList`."""
+    """Return the elements in the object `ElementList`."""
     outer = source.part("ElementList")
     return [] if outer is None else outer.objects("InnerList")
 

@@ -54,7 +54,7 @@ def execution_order(elements: Sequence[Ordered], edges: Iterable[tuple[int, int]
 
 
 def _in_loops(left: set[int], waiting: Sequence[set[int]]) -> list[int]:
-    """The elements that are in loops, without those that only wait for a loop."""
+    """Return the elements that are in loops, without those that only wait for a loop."""
     numbers = []
     for start in left:
         seen: set[int] = set()

@@ -142,7 +142,7 @@ def _with_names(element: ChartBox, scope: BodyScope) -> ChartBox:
 
 
 def _renamed(pin: ChartPin, type: str, names: Sequence[str]) -> ChartPin:
-    """A pin with the standard's name gets the vendor's."""
+    """Return a pin with the standard's name gets the vendor's."""
     other = _STANDARD_PINS.get((type.upper(), pin.name.upper()))
     if other is None or pin.name.lower() in (name.lower() for name in names):
         return pin
@@ -158,7 +158,7 @@ def _pin_variable(body: GraphicalBody, id: int) -> str:
 
 
 def _inputs_of(element: Ordered) -> Sequence[ChartPin]:
-    """The input pins of an element, EN first."""
+    """Return the input pins of an element, EN first."""
     match element:
         case ChartOutput() | ChartSelector() | ChartLeave():
             return (element.input,)
@@ -170,7 +170,7 @@ def _inputs_of(element: Ordered) -> Sequence[ChartPin]:
 
 
 def _outputs_of(element: Ordered) -> Sequence[ChartPin]:
-    """The output pins of an element, ENO first."""
+    """Return the output pins of an element, ENO first."""
     match element:
         case ChartOutput() | ChartLeave() | ChartLabel():
             return ()
@@ -256,7 +256,7 @@ class _Connections:
         )
 
     def type_of(self, element: ChartBox) -> TypeSpec | None:
-        """The type of a result as far as the declarations of the unit show it."""
+        """Return the type of a result as far as the declarations of the unit show it."""
         return self._type(element, set())
 
     def _type(self, element: ChartBox, seen: set[int]) -> TypeSpec | None:

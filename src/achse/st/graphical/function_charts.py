@@ -182,7 +182,7 @@ def _texts(source: ArchiveObject) -> list[str]:
 
 
 def _inner(source: ArchiveObject, name: str) -> list[ArchiveObject]:
-    """The elements of a list that is in an object."""
+    """Return the elements of a list that is in an object."""
     outer = source.part(name)
     return [] if outer is None else outer.objects("InnerList")
 

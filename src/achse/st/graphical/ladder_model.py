@@ -98,7 +98,7 @@ class _Reader:
         return str(kind)
 
     def _sequence(self, entry: _Json) -> NetworkNode | None:
-        """The node at the right end of a sequence; None for an empty one."""
+        """Return the node at the right end of a sequence; None for an empty one."""
         self._check(entry, "Sequence")
         node: NetworkNode | None = None
         for element in entry.get("Elements", ()):

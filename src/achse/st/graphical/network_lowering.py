@@ -80,7 +80,7 @@ def lowered_networks(
 
 
 def _edges_of(node: NetworkNode) -> Iterator[str]:
-    """The keys of the memories that a node itself needs."""
+    """Return the keys of the memories that a node itself needs."""
     if isinstance(node, NetworkOperand | Box) and node.modifiers & EDGES:
         yield str(node.id)
     if isinstance(node, Box):
@@ -317,7 +317,7 @@ class _Lowering(BoxWriter):
         return pins is not None and any(name.upper() == "EN" for name in pins.inputs)
 
     def _without_enable(self, node: Box, power: Expression | None, at: int) -> Expression | None:
-        """An operator that is always executed."""
+        """Return an operator that is always executed."""
         kind = operator_of(node)
         value: Expression | None
         if kind == "and" and self._is_ladder:
@@ -423,7 +423,7 @@ class _Lowering(BoxWriter):
     def _enabled(
         self, node: Box, power: Expression | None, at: int, *, is_read: bool
     ) -> Expression | None:
-        """A box with EN: executed if EN is TRUE; ENO repeats EN."""
+        """Return a box with EN: executed if EN is TRUE; ENO repeats EN."""
         enable = self._enable(node, power, at)
         inputs = self._inputs(node, None)
         reads_result = is_read and not (node.enable_output and node.enable_output.is_read)
@@ -496,6 +496,6 @@ class _Lowering(BoxWriter):
 
 
 def _powered(node: Box) -> int:
-    """The input of a call that the rung feeds: the first Boolean one."""
+    """Return the input of a call that the rung feeds: the first Boolean one."""
     types = [pin.type.upper() for pin in node.inputs]
     return types.index("BOOL") if "BOOL" in types else 0

@@ -264,7 +264,7 @@ def _optional(source: ArchiveObject) -> NetworkNode | None:
 
 
 def _listed(source: ArchiveObject) -> list[ArchiveObject | str | None]:
-    """The `OutputItems` in the object `OutputItems`."""
+    """Return the `OutputItems` in the object `OutputItems`."""
     outer = source.part("OutputItems")
     inner = None if outer is None else outer.part("OutputItems")
     return [] if inner is None else inner.items
@@ -346,7 +346,7 @@ def _pin(source: ArchiveObject) -> int:
 
 
 def _outputs(source: ArchiveObject) -> list[BoxOutput]:
-    """The outputs with a slot; a null slot is the one that the node around reads."""
+    """Return the outputs with a slot; a null slot is the one that the node around reads."""
     names, types = _parameters(source, "OutputParam")
     slots = _listed(source)
     outputs = []

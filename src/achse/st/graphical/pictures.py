@@ -142,7 +142,7 @@ class _Networks:
         return _series(_Block(["├"], 0, power), self._node(node, power))
 
     def _truth(self, node: NetworkOperand) -> _Power:
-        """The power behind a contact; unknown for an edge."""
+        """Return the power behind a contact; unknown for an edge."""
         value = self._value(node.text)
         if not isinstance(value, bool) or node.modifiers & (Modifier.RISING | Modifier.FALLING):
             return None
@@ -228,7 +228,7 @@ class _Networks:
         return block if fed is None else _series(fed, block)
 
     def _text(self, node: NetworkNode) -> str:
-        """A node in a line."""
+        """Return a node in a line."""
         match node:
             case NetworkOperand():
                 sign = "NOT " if node.modifiers & Modifier.NEGATED else ""
@@ -271,12 +271,12 @@ def chart_lines(flow: StepFlow, value: OperandValue = no_value) -> list[str]:
 
 
 def _readable(name: str, unnamed: str) -> str:
-    """A name of the user, or a general word for an unnamed element."""
+    """Return a name of the user, or a general word for an unnamed element."""
     return unnamed if name.startswith("__") else name
 
 
 def _shown_value(text: str, value: OperandValue) -> str:
-    """The value of a variable as an addition to its text; none of a literal."""
+    """Return the value of a variable as an addition to its text; none of a literal."""
     shown = value(text) if _VARIABLE.match(text) else None
     return "" if shown is None else f" = {shown}"
 

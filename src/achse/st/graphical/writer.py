@@ -80,7 +80,7 @@ class BodyStatements:
         return self.body.name_place(offset, place)
 
     def fault(self, offset: int, message: str) -> Unexpected:
-        """The fault at a node of the drawing."""
+        """Return the fault at a node of the drawing."""
         return Unexpected(self.at(offset), message, Code.INCOMPLETE_DRAWING)
 
     # text --------------------------------------------------------------------------------------

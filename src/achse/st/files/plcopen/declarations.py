@@ -33,7 +33,7 @@ def data_of(element: Element, tag: str) -> Iterator[Element]:
 
 
 def plain_text(element: Element) -> Element | None:
-    """The element with the whole declaration as text, as some vendors add it."""
+    """Return the element with the whole declaration as text, as some vendors add it."""
     for text in (element.find("InterfaceAsPlainText"), *data_of(element, "InterfaceAsPlainText")):
         if text is not None:
             return text.find("xhtml") or text

@@ -116,7 +116,7 @@ def _named(tag: str, element: Element, declaration: Element | None) -> Element:
 
 
 def _as_text(element: Element) -> Element | None:
-    """The declaration that a vendor added."""
+    """Return the declaration that a vendor added."""
     added = plain_text(element)
     if added is None or not added.text.strip():
         return None
@@ -243,7 +243,7 @@ def _implementation(element: Element) -> Iterator[Element]:
 
 
 def _text(element: Element) -> Element:
-    """A body that is text: in an element of XHTML, or bare."""
+    """Return a body that is text: in an element of XHTML, or bare."""
     inner = next((one for one in element.children if one.text.strip()), element)
     if element.tag == "ST":
         return _copied("ST", inner)

@@ -161,7 +161,7 @@ class _Writer:
     # texts -------------------------------------------------------------------------------------
 
     def _source_text(self, at: int) -> str:
-        """The text of the file that a place is in; empty where one text has everything."""
+        """Return the text of the file that a place is in; empty where one text has everything."""
         source = self._source
         if len(source.pieces) < 2 or not 0 <= at < len(source.text):
             return ""
@@ -171,7 +171,7 @@ class _Writer:
         return source.text[starts[index - 1] : end]
 
     def _declaration(self, unit: Unit | Method | Property) -> str:
-        """The declaration of a unit or part as text."""
+        """Return the declaration of a unit or part as text."""
         text = self._source_text(unit.at)
         if _KEYWORD.search(text):
             return text
@@ -196,7 +196,7 @@ class _Writer:
         return "\n".join(line for line in lines if line.strip() not in _ENDS)
 
     def _added(self, unit: Unit, more: str = "") -> str:
-        """The declaration as text, as vendors add it."""
+        """Return the declaration as text, as vendors add it."""
         text = _plain(self._declaration(unit))
         return _element("addData", more + _data("interfaceasplaintext", text))
 

@@ -65,7 +65,7 @@ def read_exported_function_chart(text: str) -> FunctionChart:
 
 
 def _elements(text: str) -> Iterator[list[_Line]]:
-    """The lines of each element: `_ELEMENT`, its facts, groups of pins, `_END`."""
+    """Return the lines of each element: `_ELEMENT`, its facts, groups of pins, `_END`."""
     element: list[_Line] = []
     depth = 0
     for match in _LINE.finditer(text):

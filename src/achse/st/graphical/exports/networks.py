@@ -245,5 +245,5 @@ def _negated(node: NetworkNode, at: int) -> Box:
 
 
 def _enabled(node: NetworkNode, power: NetworkWire) -> NetworkNode:
-    """A box of an enable list, whose EN is the rung."""
+    """Return a box of an enable list, whose EN is the rung."""
     return changed(node, enable=BoxInput("EN", "BOOL", power, 0)) if isinstance(node, Box) else node

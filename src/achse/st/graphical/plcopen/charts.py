@@ -60,7 +60,7 @@ def _inline_name(elements: DiagramElements, action: Element) -> str:
 
 
 def _statements(element: Element) -> Element | None:
-    """The element with the text of an `inline` in Structured Text."""
+    """Return the element with the text of an `inline` in Structured Text."""
     inline = element.find("inline")
     body = None if inline is None else inline.find("ST")
     if body is None:
@@ -183,7 +183,7 @@ class _Chart:
         return whole_number(priority) or 1 << 30, left, top
 
     def _before(self, element: Element, target: Element) -> Iterator[Element]:
-        """The elements that lead to an element."""
+        """Return the elements that lead to an element."""
         self._depth += 1
         if self._depth > _DEEPEST:
             raise self._of.fault(target, "branches lead in a circle", Code.BAD_CHART_FLOW)
@@ -199,7 +199,7 @@ class _Chart:
         self._depth -= 1
 
     def _source_steps(self, element: Element, target: Element) -> list[tuple[ChartStep, ...]]:
-        """The steps that a transition leaves: each alternative with all of its steps."""
+        """Return the steps that a transition leaves: each alternative with all of its steps."""
         steps: list[tuple[ChartStep, ...]] = []
         for before in self._before(element, target):
             match before.tag:
@@ -224,7 +224,7 @@ class _Chart:
         return steps
 
     def _fired_by(self, element: Element, target: Element) -> list[Element]:
-        """The transitions that lead to a step."""
+        """Return the transitions that lead to a step."""
         transitions: list[Element] = []
         for before in self._before(element, target):
             if before.tag == "transition":
@@ -262,7 +262,7 @@ class _Chart:
 
 
 def _expression(elements: DiagramElements, condition: Element) -> str | None:
-    """The one expression that leads to a condition; None for a drawing."""
+    """Return the one expression that leads to a condition; None for a drawing."""
     sources = [elements.by_id.get(key) for key, _ in connections_of(condition)]
     if len(sources) != 1 or sources[0] is None or sources[0].tag != "inVariable":
         return None

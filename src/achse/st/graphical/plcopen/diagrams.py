@@ -79,7 +79,7 @@ class _Diagram:
         return FunctionChart(tuple(self._inputs), tuple(ordered), tuple(self._sources), False)
 
     def _elements(self) -> list[Element]:
-        """The elements of a diagram; of a condition in a chart those that lead to it."""
+        """Return the elements of a diagram; of a condition in a chart those that lead to it."""
         everything = self._of.root.children
         if not self._of.condition:
             return everything
@@ -99,7 +99,7 @@ class _Diagram:
         return [one for one in everything if id(one) in reached]
 
     def _transition(self) -> Element:
-        """The condition of the transition that counts."""
+        """Return the condition of the transition that counts."""
         element = self._of.by_id.get(self._of.condition.get("of", ""))
         condition = None if element is None else element.find("condition")
         if condition is None:
@@ -119,7 +119,7 @@ class _Diagram:
     # pins --------------------------------------------------------------------------------------
 
     def _pin(self, name: str = "", element: Element | None = None, *, by: bool = False) -> ChartPin:
-        """A new pin, negated and with the edge that an element says."""
+        """Return a new pin, negated and with the edge that an element says."""
         self._next += 1
         attributes = {} if element is None else element.attributes
         edge = _EDGES.get(attributes.get("edge", ""))
@@ -148,7 +148,7 @@ class _Diagram:
             pins[name] = self._next
 
     def _output(self, element: Element) -> int:
-        """The only output pin of an element."""
+        """Return the only output pin of an element."""
         return self._outputs[id(element)][""]
 
     def _connect(self, pin: ChartPin, owner: Element, point: Element) -> bool:
@@ -168,7 +168,7 @@ class _Diagram:
         return True
 
     def _source(self, key: str, name: str, target: Element) -> list[int]:
-        """The output pins that a connection leads to, through coils and connectors."""
+        """Return the output pins that a connection leads to, through coils and connectors."""
         element = self._of.by_id.get(key)
         if element is None:
             return []
@@ -201,7 +201,7 @@ class _Diagram:
     def _operator(
         self, name: str, inputs: Iterable[ChartPin], element: Element, output: int = 0
     ) -> ChartPin:
-        """A box of an operator that the drawing does not show as one."""
+        """Return a box of an operator that the drawing does not show as one."""
         pin = self._pin() if not output else ChartPin(output, "", False)
         at, bounds = self._of.at(element), self._of.position(element)
         box = ChartBox("Operator", name, "", tuple(inputs), (pin,), False, bounds, at)
@@ -322,7 +322,7 @@ class _Diagram:
         self._items.append((element, box))
 
     def _outputs_of(self, element: Element) -> tuple[list[ChartPin], ChartPin | None]:
-        """The output pins of a block, and ENO."""
+        """Return the output pins of a block, and ENO."""
         known = self._outputs[id(element)]
         outputs: list[ChartPin] = []
         eno: ChartPin | None = None
@@ -384,7 +384,7 @@ class _Diagram:
         return ordered
 
     def _networks(self) -> dict[int, str]:
-        """A name of its network for each element."""
+        """Return a name of its network for each element."""
         leader: dict[str, str] = {}
 
         def root(key: str) -> str:

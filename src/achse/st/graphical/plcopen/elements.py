@@ -50,7 +50,7 @@ class DiagramElements:
     def fault(
         self, element: Element, message: str, code: Code = Code.UNSUPPORTED_DRAWING
     ) -> Unexpected:
-        """The fault at an element."""
+        """Return the fault at an element."""
         return Unexpected(self.at(element), message, code)
 
     def position(self, element: Element) -> tuple[int, int]:
