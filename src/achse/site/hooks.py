@@ -87,7 +87,7 @@ def on_files(files: Any, *, config: Any) -> Any:
 
 
 def on_page_markdown(markdown: str, *, page: Any, config: Any, files: Any) -> str:
-    """The text of a page as the site shows it."""
+    """Return the text of a page as the site shows it."""
     uri = page.file.src_uri
     known = {file.src_uri for file in files}
     if uri.startswith("reference/"):
@@ -132,7 +132,7 @@ def relinked(text: str, uri: str, known: set[str]) -> str:
 
 
 def anchored(line: str) -> str:
-    """A row of a reference page with its anchor; other lines as they are."""
+    """Return a row of a reference page with its anchor; other lines as they are."""
     if not line.startswith("| "):
         return line
     cells = [cell.strip() for cell in line[2:].split(" | ")]

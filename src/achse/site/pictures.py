@@ -49,7 +49,7 @@ def _profile() -> str:
 
 
 def _samples() -> tuple[list[float], list[list[float]]]:
-    """The move of CONTRIBUTING: 0 to 100 mm at 50 mm/s, 500 and 400 mm/s², 5000 mm/s³."""
+    """Return the move of CONTRIBUTING: 0 to 100 mm at 50 mm/s, 500 and 400 mm/s², 5000 mm/s³."""
     from achse.motion.profiles.profile import plan_to_position
     from achse.motion.profiles.segments import (
         MAX_SEGMENTS,

@@ -111,7 +111,7 @@ def _drive_pages() -> Iterator[tuple[str, str, str]]:
 
 
 def _words() -> Iterator[tuple[str, str, str]]:
-    """The words of the dialect of part programs, each with its kind and meaning."""
+    """Return the words of the dialect of part programs, each with its kind and meaning."""
     from achse.gcode.text.formula import FUNCTIONS
     from achse.gcode.text.words import ADDRESSES, AT_COMMANDS, G_WORDS, NAMED_WORDS, PATH_PARAMETERS
 
@@ -146,7 +146,7 @@ def library_rows() -> dict[str, list[tuple[str, ...]]]:
     }
 
     def pins(unit: "Function | FunctionBlock", sections: tuple[str, ...]) -> str:
-        """The variables that callers see, those of the block it extends first."""
+        """Return the variables that callers see, those of the block it extends first."""
         names = [*_names_of(unit.blocks, sections)]
         base = unit.extends if isinstance(unit, FunctionBlock) else None
         while base is not None:
@@ -190,7 +190,7 @@ def _library_pages() -> Iterator[tuple[str, str, str]]:
 
 
 def _names_of(blocks: Iterable["VarBlock"], sections: tuple[str, ...]) -> Iterator[str]:
-    """The variables of a unit that callers see."""
+    """Return the variables of a unit that callers see."""
     return (
         name.name
         for block in blocks

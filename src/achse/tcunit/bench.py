@@ -187,7 +187,7 @@ def _has_suites(plc: PlcRuntime) -> bool:
 
 
 def _files(root: Path) -> dict[str, str]:
-    """The files of a project as one can open them from here, by their names in faults."""
+    """Return the files of a project as one can open them from here, by their names in faults."""
     here = Path.cwd()
     files = {}
     for file, name in source_files(root):
@@ -295,7 +295,7 @@ class PlcTests:
         }
 
     def failed_test(self, tests: Set[tuple[str, str]]) -> tuple[str, str] | None:
-        """The first of these tests, by suite and name, in which an assertion has failed."""
+        """Return the first of these tests, by suite and name, in which an assertion has failed."""
         for path, name in self._observer.failures:
             suite = self._name(path)
             for test in tests:
@@ -327,7 +327,7 @@ class PlcTests:
         return any(self._value(suite, "StartedAt", 0) for suite in self._records())
 
     def place(self, path: str, line: int) -> CodePlace | None:
-        """A place of a fault, with a path that can be opened from here."""
+        """Return a place of a fault, with a path that can be opened from here."""
         return CodePlace(self.files.get(path, path), line) if path else None
 
     def suites(self) -> list[Suite]:
@@ -406,5 +406,5 @@ class PlcTests:
 
     @staticmethod
     def _value(record: Record, name: str, default: Any) -> Any:
-        """A variable that not every version of TcUnit has."""
+        """Return a variable that not every version of TcUnit has."""
         return record[name] if type(record).__iec__.has_member(name) else default

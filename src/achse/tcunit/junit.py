@@ -9,7 +9,7 @@ _NOT_IN_XML = re.compile("[^\t\n\r -\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 
 
 def junit_xml(run: TestRun) -> str:
-    """A `<testsuites>` document: one `<testsuite>` per suite, times in seconds of PLC time.
+    """Return a `<testsuites>` document: one `<testsuite>` per suite, times in seconds of PLC time.
 
     A problem of the whole run is one more test case, with an `<error>`.
     """

@@ -77,12 +77,12 @@ def has_tcunit(path: Path) -> bool:
 
 
 def units_of(path: Path) -> set[str]:
-    """The names, in lower case, of all that can be called in the sources at a path."""
+    """Return the names, in lower case, of all that can be called in the sources at a path."""
     return {name.lower() for _, text in _sources(path) for name in _UNIT.findall(text)}
 
 
 def _project_in(path: Path) -> Path:
-    """The `.plcproj` that counts, where a folder has more than TcUnit."""
+    """Return the `.plcproj` that counts, where a folder has more than TcUnit."""
     if path.is_dir():
         return _tcunit_below(path) or path
     return path

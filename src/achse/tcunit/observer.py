@@ -78,7 +78,7 @@ class Observer:
             )
 
     def _caller(self) -> FrameType | None:
-        """The innermost running line of Structured Text that is not TcUnit's own."""
+        """Return the innermost running line of Structured Text that is not TcUnit's own."""
         frame: FrameType | None = sys._getframe(2)
         while frame is not None:
             code = frame.f_code

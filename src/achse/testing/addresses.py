@@ -22,7 +22,7 @@ _hosts = _candidates()
 
 
 def free_host(port: int = TCP_PORT) -> str:
-    """A loopback address at which `port` can be listened on; each call gives another one.
+    """Return a loopback address at which `port` can be listened on; each call gives another one.
 
     Other systems than Linux have 127.0.0.1 only. Raises OSError if it is taken there.
     """

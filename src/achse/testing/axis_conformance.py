@@ -111,7 +111,7 @@ class _Check:
         return base + self._axis, row, codec
 
     def read(self, name: str) -> Any:
-        """The value of a row."""
+        """Return the value of a row."""
         group, row, codec = self._row(name)
         return codec.decode(self._client.read_raw(group, row.offset, codec.size or 0))
 
@@ -160,7 +160,7 @@ class _Check:
             yield f"axis id: expected {self._axis}, got {axis_id}"
 
     def _refusal(self, action: Callable[[], object]) -> int:
-        """The code with which something is refused, 0 if it is not."""
+        """Return the code with which something is refused, 0 if it is not."""
         try:
             action()
         except DeviceError as refusal:

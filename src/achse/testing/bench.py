@@ -137,14 +137,14 @@ class PlcUnit:
     # variables -------------------------------------------------------------------------------
 
     def _place(self, name: str) -> tuple[Record, str] | None:
-        """The record that has a variable, and what it is called there."""
+        """Return the record that has a variable, and what it is called there."""
         own = self._parameters.get(name.lower())
         if own is not None:
             return self._bench, own
         return (self._record, name) if _type_of(self._record).has_member(name) else None
 
     def __getitem__(self, name: str) -> Any:
-        """A variable whose name is one of this class, too: `unit["name"]`."""
+        """Return a variable whose name is one of this class, too: `unit["name"]`."""
         place = self._place(name)
         if place is None:
             raise KeyError(self._unknown(name))
@@ -296,7 +296,7 @@ def _diagnostic(path: str, message: str) -> Diagnostic:
 def _bench(
     unit: FunctionBlock | Function | Program, init: Mapping[str, object], sources: Sequence[Parsed]
 ) -> tuple[str, dict[str, str]]:
-    """A program that calls the unit, and the names of its own variables that tests see."""
+    """Return a program that calls the unit, and the names of its own variables that tests see."""
     lines: list[str] = []
     names: dict[str, str] = {}
     arguments: list[str] = []

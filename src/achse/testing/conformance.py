@@ -40,7 +40,7 @@ class _Client:
         return True
 
     def request(self, command: int, data: bytes = b"") -> Frame:
-        """The answer; what else came (samples) is dropped."""
+        """Return the answer; what else came (samples) is dropped."""
         self._invoke_id += 1
         self.frames.clear()
         self.router.deliver(Frame(self.target, self.address, command, 4, 0, self._invoke_id, data))

@@ -78,7 +78,7 @@ class FakeDevice(PlcDevice):
     # values ----------------------------------------------------------------------------------
 
     def __getitem__(self, name: str) -> Any:
-        """The value of a variable. KeyError if there is none."""
+        """Return the value of a variable. KeyError if there is none."""
         symbol = self._symbol(name)
         return symbol.type.decode(symbol.read())
 

@@ -62,7 +62,7 @@ _Step = tuple[str, int, int, bytes, AbortCode | None]
 
 
 def _default() -> Iterator[_Step]:
-    """The procedure that assigns the default mapping, whatever the drive has stored."""
+    """Return the procedure that assigns the default mapping, whatever the drive has stored."""
     for assignment, pdo in ((0x1C12, 0x1600), (0x1C13, 0x1A00)):
         entries = DEFAULT_MAPPINGS[pdo]
         yield "assignment off", assignment, 0, b"\0", None
@@ -176,7 +176,7 @@ class _Check:
         return int.from_bytes(self._drive.read(index, subindex), "little")
 
     def mapping(self) -> Iterator[str]:
-        """The procedure of 001 §2.8 on 1600h with a wrong step at every point; in PreOp."""
+        """Return the procedure of 001 §2.8 on 1600h with a wrong step at every point; in PreOp."""
         refused, absent = AbortCode.UNSUPPORTED_ACCESS, AbortCode.NO_OBJECT
         steps: tuple[_Step, ...] = (
             *_default(),
@@ -286,7 +286,7 @@ class _Check:
         self._until(0x0F, lambda: self._inputs[2] == self._mode)
 
     def silence(self) -> Iterator[str]:
-        """The watchdog of an enabled drive, its fault, acknowledgement and reset."""
+        """Return the watchdog of an enabled drive, its fault, acknowledgement and reset."""
         self._drive.watchdog(_WATCHDOG_S)
         self._drive.pause(_SILENCE_S)
         reached, code = self._drive.request(AlState.SAFEOP)

@@ -49,7 +49,7 @@ class PlcTest(pytest.Item):
         raise PlcTestFailure("\n".join(lines))
 
     def repr_failure(self, excinfo: pytest.ExceptionInfo[BaseException], style: Any = None) -> str:
-        """The lines of Structured Text instead of ours."""
+        """Return the lines of Structured Text instead of ours."""
         return _shown(excinfo) or str(super().repr_failure(excinfo, style))
 
     def reportinfo(self) -> tuple[Path, int | None, str]:
@@ -76,7 +76,7 @@ class PlcRun(pytest.Item):
         return _shown(excinfo) or str(super().repr_failure(excinfo, style))
 
     def reportinfo(self) -> tuple[Path, int | None, str]:
-        """The project."""
+        """Return the project."""
         return self.path, None, self.name
 
 

@@ -19,7 +19,7 @@ _PARAMETERS = ("VAR_INPUT", "VAR_OUTPUT", "VAR_IN_OUT")
 
 
 def methods_of(names: "Resolver", parts: Iterable[Part], scope: Scope) -> list[Method]:
-    """The methods with attribute `TcRpcEnable`."""
+    """Return the methods with attribute `TcRpcEnable`."""
     return [
         _method(names, part, scope)
         for part in parts

@@ -83,7 +83,7 @@ class NamedConstants:
         return Evaluator(*names) if otherwise is None else Evaluator(*names, otherwise)
 
     def constant(self, tree: Expression, scope: Scope) -> Constant:
-        """The value of an expression. Raises `NotConstant`, `Unexpected`, `Failed`."""
+        """Return the value of an expression. Raises `NotConstant`, `Unexpected`, `Failed`."""
         return self.evaluator(scope).value(tree)
 
     def check_names(self, tree: Expression, scope: Scope) -> None:
@@ -92,7 +92,7 @@ class NamedConstants:
             self.constant(tree, scope)
 
     def integer(self, tree: Expression, scope: Scope, what: str) -> int:
-        """The whole number that an expression is. Raises `Unexpected`, `Failed`."""
+        """Return the whole number that an expression is. Raises `Unexpected`, `Failed`."""
         if isinstance(tree, Literal) and tree.text.isdecimal() and len(tree.text) < 20:
             return int(tree.text)
         return self.evaluator(scope).integer(tree, what, tree.at)

@@ -30,11 +30,11 @@ class FurtherTypes(Protocol):
         ...
 
     def type(self, name: str) -> IecType[Any] | None:
-        """The type of a name. `DeclarationError` if it may mean several."""
+        """Return the type of a name. `DeclarationError` if it may mean several."""
         ...
 
     def enumerations(self, value: str) -> Sequence[EnumType[Any]]:
-        """The enumerations with a value of that name, which may stand alone."""
+        """Return the enumerations with a value of that name, which may stand alone."""
         ...
 
     def constant(self, name: str) -> Constant | None:
@@ -80,7 +80,7 @@ class PredefinedTypes:
         return () if self._further is None else self._further.names
 
     def find(self, name: str, at: int) -> IecType[Any] | None:
-        """The type of a name; raises `Unexpected` if it may mean several."""
+        """Return the type of a name; raises `Unexpected` if it may mean several."""
         key = name.lower()
         type = self._types.get(key) or self._elementary.get(_MORE_NAMES.get(key, key))
         type = type or SYSTEM_TYPES.get(key)

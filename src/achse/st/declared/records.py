@@ -73,14 +73,14 @@ class Records:
         extends: NamedType | None,
         inside: Scope | None = None,
     ) -> StructType[Any]:
-        """A structure or union. Initial values see what `inside` does, if it is given."""
+        """Return a structure or union. Initial values see what `inside` does, if it is given."""
         block = VarBlock("VAR", (), spec.members, NO_NOTE, spec.at)
         kind = RecordKind.STRUCT if isinstance(spec, StructOf) else RecordKind.UNION
         base = None if extends is None else self._types.base(extends, scope, kind)
         return self.record(kind, name, [block], scope, note, spec.at, base, inside=inside)
 
     def of_block(self, tree: FunctionBlock, entry: DeclaredUnit) -> StructType[Any]:
-        """A function block."""
+        """Return a function block."""
         scope = self._types.scopes.scope(entry)
         kind = RecordKind.FUNCTION_BLOCK
         for interface in tree.implements:
@@ -138,7 +138,7 @@ class Records:
     def _of_methods(
         self, parts: Iterable[Part], scope: Scope, block: str, taken: Container[str]
     ) -> list[Variable[Any, Any]]:
-        """The VAR_INST variables of methods, which each instance of the block keeps."""
+        """Return the VAR_INST variables of methods, which each instance of the block keeps."""
         variables = []
         for name, inside, declaration in instance_variables(parts):
             for variable, _ in self.declared(inside, declaration, scope):
@@ -161,7 +161,7 @@ class Records:
         parts: Sequence[Part] = (),
         inside: Scope | None = None,
     ) -> StructType[Any]:
-        """The type of a structure, function block, program or list with these variables.
+        """Return the type of a structure, function block, program or list with these variables.
 
         Initial values see what `inside` does, if it is not what types see.
         """
@@ -243,7 +243,7 @@ class Records:
     def variables(
         self, blocks: Iterable[VarBlock], scope: Scope, inside: Scope | None = None
     ) -> list[tuple[Variable[Any, Any], int]]:
-        """The variables that belong to a unit, and where each is declared.
+        """Return the variables that belong to a unit, and where each is declared.
 
         A fault costs one of them, so that faults of the others are reported, too; then `Failed`.
         """
@@ -271,7 +271,7 @@ class Records:
     def declared(
         self, block: VarBlock, tree: Declaration, scope: Scope, inside: Scope | None = None
     ) -> list[tuple[Variable[Any, Any], int]]:
-        """The variables of one declaration, and where each is named."""
+        """Return the variables of one declaration, and where each is named."""
         hint = f"{scope.owner}.{tree.names[0].name}"
         attributes = attributes_of(tree.note)
         if is_without_symbols(block):
@@ -357,7 +357,7 @@ class Records:
     def initial_value(
         self, type: IecType[Any], tree: Initial, scope: Scope
     ) -> tuple[object, list[NonConstantPart]]:
-        """The initial value, and the parts of it that are not constants."""
+        """Return the initial value, and the parts of it that are not constants."""
         scopes, predefined = self._types.scopes, self._types.predefined
         values = InitialValues(
             self._types.constants.evaluator(scope),
@@ -372,20 +372,20 @@ class Records:
 
 
 def _instance_name(method: str, variable: str, block: str = "") -> str:
-    """The name that a VAR_INST variable of a method has in the record of its block."""
+    """Return the name that a VAR_INST variable of a method has in the record of its block."""
     space = f"__{block.rpartition('.')[2]}" if block else ""
     return f"{space}__{method}__{variable}"
 
 
 def instance_member(type: StructType[Any], method: str, variable: str) -> str:
-    """The name of a VAR_INST variable of a method that a block itself has."""
+    """Return the name of a VAR_INST variable of a method that a block itself has."""
     name = _instance_name(method, variable)
     own = (member.name.lower() for member in type.own_members)
     return name if name.lower() in own else _instance_name(method, variable, type.name)
 
 
 def instance_variables(parts: Iterable[Part]) -> Iterator[tuple[str, VarBlock, Declaration]]:
-    """The VAR_INST declarations of methods and accessors, with the name of each."""
+    """Return the VAR_INST declarations of methods and accessors, with the name of each."""
     for part in parts:
         called: list[tuple[str, Method | Accessor | None]] = []
         if isinstance(part, Method):
@@ -400,7 +400,7 @@ def instance_variables(parts: Iterable[Part]) -> Iterator[tuple[str, VarBlock, D
 
 
 def _implicit_names(blocks: Iterable[VarBlock]) -> frozenset[str]:
-    """The variables that a unit keeps for its bodies in LD, FBD, SFC and CFC."""
+    """Return the variables that a unit keeps for its bodies in LD, FBD, SFC and CFC."""
     return frozenset(
         item.name
         for block in blocks

@@ -165,7 +165,7 @@ class Resolver:
         )
 
     def named(self, spec: NamedType, scope: Scope) -> IecType[Any]:
-        """The type of a name. Raises `Unexpected` and `Failed`."""
+        """Return the type of a name. Raises `Unexpected` and `Failed`."""
         if spec.generics:
             return self._named_type(spec, scope)
         key = (spec.name, scope.space)
@@ -198,7 +198,7 @@ class Resolver:
         )
 
     def _instance(self, entry: DeclaredUnit, spec: NamedType, scope: Scope) -> DeclaredUnit:
-        """The block that a generic one is with these values of its VAR_GENERIC."""
+        """Return the block that a generic one is with these values of its VAR_GENERIC."""
         names = generics_of(entry)
         if not names:
             raise Unexpected(spec.at, f"{entry.name} has no VAR_GENERIC", Code.GENERIC_CONSTANTS)
@@ -240,7 +240,7 @@ class Resolver:
     def pointer(
         self, kind: type[PointerType], target: TypeSpec, scope: Scope, hint: str, at: int
     ) -> PointerType:
-        """A pointer or reference."""
+        """Return a pointer or reference."""
         name = self._text(target, scope, hint)
         # Followed on request, not now: a structure may point to its own kind.
         pointer = kind(
@@ -250,7 +250,7 @@ class Resolver:
         return pointer
 
     def _text(self, spec: TypeSpec, scope: Scope, hint: str) -> str:
-        """The name of a type that is not to be made yet."""
+        """Return the name of a type that is not to be made yet."""
         match spec:
             case NamedType(name):
                 entry = self.scopes.find(name, scope.space)
@@ -284,7 +284,7 @@ class Resolver:
             pointer.target = BYTE
 
     def _nameless(self, spec: EnumOf | StructOf | UnionOf, scope: Scope, hint: str) -> IecType[Any]:
-        """A type declared where a variable is; it has the name of the variable."""
+        """Return a type declared where a variable is; it has the name of the variable."""
         key = (id(spec), hint)  # A generic block has one for each of its instances.
         type = self._inner.get(key)
         if type is None:
@@ -301,7 +301,7 @@ class Resolver:
     # units -----------------------------------------------------------------------------------
 
     def unit(self, entry: DeclaredUnit) -> type[Record]:
-        """The class of a program or variable list, made at its first request.
+        """Return the class of a program or variable list, made at its first request.
 
         Raises `Failed` and `Unexpected`.
         """
@@ -322,7 +322,7 @@ class Resolver:
         return self.units[key]
 
     def entry_of(self, type: IecType[Any]) -> DeclaredUnit | None:
-        """The unit that declares a type; None if no source does."""
+        """Return the unit that declares a type; None if no source does."""
         key = type.name.lower()
         for entry in (self.scopes.entries.get(key), self._instances.get(key)):
             if entry is not None and entry.type is type:
@@ -520,7 +520,7 @@ def _python_name(name: str) -> str:
 
 
 def generics_of(entry: DeclaredUnit) -> list[str]:
-    """The constants that have to be given where a block is named."""
+    """Return the constants that have to be given where a block is named."""
     blocks = entry.tree.blocks if isinstance(entry.tree, FunctionBlock) else ()
     return [
         item.name.lower()

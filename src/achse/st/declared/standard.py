@@ -67,7 +67,7 @@ class LibraryFile:
         )
 
     def unit(self, number: int) -> Unit:
-        """The syntax tree of a unit, by its number in `outlines`."""
+        """Return the syntax tree of a unit, by its number in `outlines`."""
         return self.parsed.units[number]
 
 
@@ -97,7 +97,7 @@ def library_files() -> Sequence[LibraryFile]:
 
 
 def standard_libraries() -> Sequence[Parsed]:
-    """The syntax trees of all libraries. Raises `SourceError` for a faulty file."""
+    """Return the syntax trees of all libraries. Raises `SourceError` for a faulty file."""
     return tuple(file.parsed for file in library_files())
 
 
@@ -117,7 +117,7 @@ def _digest(sources: Sequence[Source]) -> str:
 
 
 def _read(content: bytes | None, files: int) -> list[Sequence[UnitOutline]] | None:
-    """The outlines of each file; None if they are not there, or not as they were written."""
+    """Return the outlines of each file; None if they are not there, or not as they were written."""
     if content is None:
         return None
     try:

@@ -53,7 +53,7 @@ class StartValues:
         self._evaluator = names.constants.evaluator(scope, self._constant)
 
     def encoded(self, type: IecType[Any], tree: Expression) -> bytes:
-        """The value of an expression, as a variable of `type` holds it."""
+        """Return the value of an expression, as a variable of `type` holds it."""
         real = resolved(type)
         if isinstance(real, StructType | ArrayType | InterfaceType):
             spot = self._value(tree)
@@ -68,7 +68,7 @@ class StartValues:
         return type.encode(fitted(self._evaluator.value(tree), type, tree.at))
 
     def address(self, type: IecType[Any], tree: Expression) -> bytes:
-        """The address of a variable, as a reference of `type` holds it."""
+        """Return the address of a variable, as a reference of `type` holds it."""
         return type.encode(self._value(tree).address)
 
     def arguments(self, type: IecType[Any], tree: Expression) -> bytes:
@@ -134,7 +134,7 @@ class StartValues:
         raise NotConstant(tree.of.at if isinstance(tree, Call) else tree.at)
 
     def _named(self, path: tuple[str, ...], at: int) -> PointedValue:
-        """The variable `a.b.c`: of the own record, of a list or of a program."""
+        """Return the variable `a.b.c`: of the own record, of a list or of a program."""
         match = self._names.scopes.variable(path, self._scope)
         if match is None and not self._names.constants.is_inherited(path[0].lower(), self._scope):
             raise NotConstant(at)

@@ -206,7 +206,7 @@ def _is_left_open(text: str, start: int, end: int) -> bool:
 
 
 def scan(text: str, start: int = 0, end: int | None = None, defines: Defines = ()) -> Tokens:
-    """The tokens of a part of the text. What is none is listed in `faults` and left out."""
+    """Return the tokens of a part of the text. What is none is listed in `faults` and left out."""
     end = len(text) if end is None else end
     _KINDS.limit()
     pattern = _TOKENS[_is_left_open(text, start, end)]

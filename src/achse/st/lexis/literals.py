@@ -65,7 +65,7 @@ def malformed(text: str) -> str:
 
 @lru_cache(4096)
 def literal_value(text: str) -> LiteralValue:
-    """The value of a literal as written in Structured Text. Raises `IecValueError`."""
+    """Return the value of a literal as written in Structured Text. Raises `IecValueError`."""
     if text[0] in "'\"":
         return _string(text)
     if text[0].isdecimal():
@@ -101,7 +101,7 @@ def literal_value(text: str) -> LiteralValue:
 
 
 def whole_number(text: str, default: int = 0) -> int:
-    """A whole number as files of editors have it, of 18 digits at most; else the default."""
+    """Return a whole number as files of editors have it, of 18 digits at most; else the default."""
     return int(text) if _WHOLE.fullmatch(text) else default
 
 

@@ -55,15 +55,15 @@ class ProjectDefines(Protocol):
         ...
 
     def attribute(self, kind: str, name: str, attribute: str) -> str | None:
-        """The value of an attribute of a variable, type or pou; None if it has none."""
+        """Return the value of an attribute of a variable, type or pou; None if it has none."""
         ...
 
     def type_name(self, variable: str) -> str:
-        """The type of a variable as declared; empty if there is none."""
+        """Return the type of a variable as declared; empty if there is none."""
         ...
 
     def constant(self, name: str) -> str | None:
-        """The initial value of a variable as declared."""
+        """Return the initial value of a variable as declared."""
         ...
 
 
@@ -192,7 +192,7 @@ def _test(words: Words, known: _Known, depth: int) -> _Truth:
 
 
 def _declared(test: str, inside: Words, project: ProjectDefines) -> bool:
-    """A test of what the project declares: `variable: x`, and what it is compared with."""
+    """Return a test of what the project declares: `variable: x`, and what it is compared with."""
     kind, name, rest = "variable", "", inside
     if inside[1:2] == [":"]:
         kind, rest = inside[0].lower(), inside[2:]

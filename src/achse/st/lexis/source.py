@@ -140,10 +140,10 @@ class Drawing(Protocol):
         """Line and column of an offset in the file."""
 
     def offset_at(self, line: int, column: int) -> int | None:
-        """The offset of a line and column of the file; None outside of the drawing."""
+        """Return the offset of a line and column of the file; None outside of the drawing."""
 
     def place(self, offset: int) -> str:
-        """The place of an offset in the drawing: `network 3, rung 1`."""
+        """Return the place of an offset in the drawing: `network 3, rung 1`."""
 
 
 class Source:
@@ -184,7 +184,7 @@ class Source:
             self.__dict__.pop(name, None)
 
     def offset_at(self, line: int, column: int) -> int | None:
-        """The offset of a line and column of the file, from 1; None outside of the text.
+        """Return the offset of a line and column of the file, from 1; None outside of the text.
 
         A place behind the end of a line is that end.
         """
@@ -204,12 +204,12 @@ class Source:
         return None
 
     def drawn_offset_at(self, line: int, column: int) -> int | None:
-        """The offset of a line and column in a drawing of the file; None outside of them."""
+        """Return the offset of a line and column in a drawing of the file; None outside of them."""
         offsets = (drawing.offset_at(line, column) for drawing in self.drawings)
         return next((offset for offset in offsets if offset is not None), None)
 
     def locate(self, offset: int) -> Location:
-        """The place of an offset."""
+        """Return the place of an offset."""
         drawing = self._drawing(offset)
         if drawing is not None:
             return Location(self.path, *drawing.locate(offset))
@@ -222,12 +222,12 @@ class Source:
         return Location(self.path, piece.line + breaks, offset - self._breaks[here - 1])
 
     def place(self, offset: int) -> str:
-        """The place of an offset in a drawing, `network 3, rung 1`; empty in text."""
+        """Return the place of an offset in a drawing, `network 3, rung 1`; empty in text."""
         drawing = self._drawing(offset)
         return "" if drawing is None else drawing.place(offset)
 
     def _drawing(self, offset: int) -> Drawing | None:
-        """The drawing that an offset is in."""
+        """Return the drawing that an offset is in."""
         if offset <= len(self.text) or not self.drawings:
             return None
         last = None
@@ -258,7 +258,7 @@ class Source:
         return digest.digest()
 
     def line_at(self, offset: int) -> str:
-        """The whole line an offset is in, as far as its piece goes."""
+        """Return the whole line an offset is in, as far as its piece goes."""
         offset = max(0, min(offset, len(self.text)))
         index = max(0, bisect_right(self._starts, offset) - 1)
         first = self.pieces[index].start

@@ -41,18 +41,18 @@ class Element:
         return iter(self.children)
 
     def find(self, tag: str) -> "Element | None":
-        """The first child of that tag."""
+        """Return the first child of that tag."""
         for child in self.children:
             if child.tag == tag:
                 return child
         return None
 
     def all(self, tag: str) -> list["Element"]:
-        """The children of that tag."""
+        """Return the children of that tag."""
         return [child for child in self.children if child.tag == tag]
 
     def walk(self) -> Iterator["Element"]:
-        """The element and all in it, in order of the file."""
+        """Return the element and all in it, in order of the file."""
         waiting = [self]
         while waiting:
             element = waiting.pop()
@@ -60,14 +60,14 @@ class Element:
             waiting.extend(reversed(element.children))
 
     def child(self, tag: str) -> "Element":
-        """The first child of that tag. Raises `SourceError` if there is none."""
+        """Return the first child of that tag. Raises `SourceError` if there is none."""
         child = self.find(tag)
         if child is None:
             self.fault(f"expected <{tag}> in <{self.tag}>", Code.BAD_ELEMENT)
         return child
 
     def text_of(self, tag: str, default: str = "") -> str:
-        """The text of the first child of that tag."""
+        """Return the text of the first child of that tag."""
         child = self.find(tag)
         return default if child is None else child.text
 
@@ -82,7 +82,7 @@ class Element:
         return int(text)
 
     def number_of(self, tag: str, default: int | None = None) -> int:
-        """The number in the first child of that tag; without default there has to be one."""
+        """Return the number in the first child of that tag; without default there has to be one."""
         child = self.find(tag) if default is not None else self.child(tag)
         return default if child is None and default is not None else self.child(tag).number
 

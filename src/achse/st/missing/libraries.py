@@ -240,5 +240,5 @@ _NO_CODE = re.compile(r"\(\*.*?\*\)|//[^\n]*|'(?:[^'$]|\$.)*'", re.DOTALL)
 
 
 def _code(text: str) -> str:
-    """The text without comments and literals."""
+    """Return the text without comments and literals."""
     return _NO_CODE.sub(" ", text)

@@ -271,7 +271,7 @@ class Meanings:
         return False, None
 
     def missing_base(self, entry: DeclaredUnit | None) -> MissingUse | None:
-        """The base of a block, or of its bases, that nothing declares."""
+        """Return the base of a block, or of its bases, that nothing declares."""
         seen: set[int] = set()
         while entry is not None and id(entry) not in seen:
             seen.add(id(entry))
@@ -389,7 +389,7 @@ class Meanings:
             signature = self._names.predefined.signature(signature.extends)
 
     def _part(self, name: str, text: str) -> MissingUse:
-        """A value whose type a symbol file has, as text."""
+        """Return a value whose type a symbol file has, as text."""
         type = None
         if _IDENTIFIER.fullmatch(text):
             type = self._names.predefined.find(text, 0)
@@ -493,7 +493,7 @@ class Meanings:
         return callee
 
     def type_use(self, at: tuple[TypeSpec, Scope]) -> MissingUse | None:
-        """The missing type that a variable is of, if it is."""
+        """Return the missing type that a variable is of, if it is."""
         spec, scope = at
         if isinstance(spec, ReferenceTo):
             return self.type_use((spec.target, scope))
@@ -502,7 +502,7 @@ class Meanings:
         return None
 
     def _part_type(self, part: Part, scope: Scope) -> tuple[TypeSpec, Scope] | None:
-        """The type of a property, or of what a method returns."""
+        """Return the type of a property, or of what a method returns."""
         if isinstance(part, Property):
             return part.type, scope
         if isinstance(part, Method) and part.returns is not None:
@@ -517,7 +517,7 @@ class Meanings:
     # texts of types ----------------------------------------------------------------------------
 
     def spec_text(self, at: tuple[TypeSpec, Scope]) -> str:
-        """A type as text that means the same elsewhere; nothing if it cannot."""
+        """Return a type as text that means the same elsewhere; nothing if it cannot."""
         spec, scope = at
         if isinstance(spec, ReferenceTo):
             return self.spec_text((spec.target, scope))
@@ -536,7 +536,7 @@ class Meanings:
         return ""
 
     def text(self, tree: Expression, scope: Scope) -> str:
-        """The type of an expression, where it shows."""
+        """Return the type of an expression, where it shows."""
         if isinstance(tree, Literal):
             return literal_text(tree)
         if isinstance(tree, Unary):

@@ -139,7 +139,7 @@ class _Writer:
         return files
 
     def _of_library(self, space: MissingUse) -> dict[str, MissingUse]:
-        """The variables behind a name; its types and functions are declared without it."""
+        """Return the variables behind a name; its types and functions are declared without it."""
         variables: dict[str, MissingUse] = {}
         for key, use in space.members.items():
             if not _is_name(use.name):
@@ -190,7 +190,7 @@ class _Writer:
     # types -----------------------------------------------------------------------------------
 
     def _type_of(self, use: MissingUse, owner: str) -> tuple[str, bool]:
-        """The type of a variable or member, and True if a use or a symbol file shows it."""
+        """Return the type of a variable or member, and True if a use or a symbol file shows it."""
         if use.is_part:
             return self._own_names(use.type), True
         if use.is_bound:
@@ -303,7 +303,7 @@ class _Writer:
         yield "END_FUNCTION_BLOCK"
 
     def _of_symbol_file(self, block: StructType[Any], *, with_inherited: bool) -> Iterator[str]:
-        """The variables of a block, in the order in which memory has them."""
+        """Return the variables of a block, in the order in which memory has them."""
         members = block.members if with_inherited else block.own_members
         members = tuple(one for one in members if _is_name(one.name))
         for section, variables in groupby(members, lambda one: one.section):
@@ -322,7 +322,7 @@ class _Writer:
                 yield f"VAR_IN_OUT {one.name} : {self._own_names(type)}; END_VAR"
 
     def _structure(self, name: str, type: StructType[Any]) -> Iterator[str]:
-        """A structure of a symbol file, with the values that numbers in it start with."""
+        """Return a structure of a symbol file, with the values that numbers in it start with."""
         yield f"TYPE {name} : {'UNION' if type.kind is RecordKind.UNION else 'STRUCT'}"
         for one in type.members:
             if _is_name(one.name):
@@ -333,7 +333,7 @@ class _Writer:
         yield "END_UNION END_TYPE" if type.kind is RecordKind.UNION else "END_STRUCT END_TYPE"
 
     def _bases(self, use: MissingUse) -> str:
-        """The bases that a symbol file has, as the declaration writes them."""
+        """Return the bases that a symbol file has, as the declaration writes them."""
         text = ""
         for word, names in (("EXTENDS", use.extends), ("IMPLEMENTS", use.implements)):
             if names:
@@ -341,7 +341,7 @@ class _Writer:
         return text
 
     def _signed(self, use: MissingUse) -> set[str]:
-        """The parts of a type and its bases, in lower case, that a symbol file has."""
+        """Return the parts of a type and its bases, in lower case, that a symbol file has."""
         names: set[str] = set()
         waiting, seen = [use], {id(use)}
         while waiting:
@@ -355,7 +355,7 @@ class _Writer:
         return names
 
     def _by_signature(self, use: MissingUse, *, is_block: bool = False) -> Iterator[str]:
-        """The methods and properties that a symbol file has of a type.
+        """Return the methods and properties that a symbol file has of a type.
 
         A property of a block that returns a reference refers to a variable of its own.
         """
@@ -382,7 +382,7 @@ class _Writer:
             yield "END_METHOD"
 
     def _own_names(self, type: str) -> str:
-        """The text of a type, where other stubs have no library in front."""
+        """Return the text of a type, where other stubs have no library in front."""
         return _QUALIFIED.sub(
             lambda match: match[1] if match[1].lower() in self._types else match[0], type
         )
@@ -428,7 +428,7 @@ class _Writer:
         yield "END_METHOD"
 
     def _overridden(self, method: Method) -> Iterator[str]:
-        """The parameters and the result of a method of the project."""
+        """Return the parameters and the result of a method of the project."""
         result = "" if method.returns is None else f" : {print_type(method.returns)}"
         yield f"METHOD {method.name}{result}"
         for block in method.blocks:
@@ -441,7 +441,7 @@ class _Writer:
         yield "END_METHOD"
 
     def _result(self, use: MissingUse, owner: str) -> str:
-        """The type of which a use reads parts, of what a call gives: `fb.A().B()`."""
+        """Return the type of which a use reads parts, of what a call gives: `fb.A().B()`."""
         if not use.members:
             return ""
         value = replace(use, inputs={}, outputs={}, arguments=[], is_called=False)
@@ -536,7 +536,7 @@ def _is_constant(use: MissingUse) -> bool:
 
 
 def _guessed(name: str) -> str:
-    """A type from the name alone."""
+    """Return a type from the name alone."""
     if name.upper().startswith("IID_"):
         return "IID"
     match = _PREFIX.match(name)

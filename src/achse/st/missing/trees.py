@@ -114,7 +114,7 @@ def literal_text(tree: Literal) -> str:
 
 
 def children(tree: Any) -> Iterator[Any]:
-    """The nodes right below one."""
+    """Return the nodes right below one."""
     for item in fields(tree):
         value = getattr(tree, item.name)
         for one in value if isinstance(value, tuple) else (value,):
@@ -123,7 +123,7 @@ def children(tree: Any) -> Iterator[Any]:
 
 
 def numbers_of(spec: TypeSpec) -> Iterator[tuple[Expression, bool]]:
-    """The bounds and lengths in a type, and whether each is a first index."""
+    """Return the bounds and lengths in a type, and whether each is a first index."""
     if isinstance(spec, StringOf) and spec.length is not None:
         yield spec.length, False
     elif isinstance(spec, ArrayOf):
@@ -142,7 +142,7 @@ def numbers_of(spec: TypeSpec) -> Iterator[tuple[Expression, bool]]:
 
 
 def leaves(tree: Expression) -> Iterator[Expression]:
-    """The names that an expression is made of."""
+    """Return the names that an expression is made of."""
     stack: list[Any] = [tree]
     while stack:
         one = stack.pop()
@@ -153,7 +153,7 @@ def leaves(tree: Expression) -> Iterator[Expression]:
 
 
 def blocks_and_results(unit: Unit) -> Iterator[tuple[VarBlock | None, TypeSpec | None]]:
-    """The blocks of variables and results of a unit and its parts."""
+    """Return the blocks of variables and results of a unit and its parts."""
     for block in blocks_of(unit):
         yield block, None
     if isinstance(unit, Function):

@@ -112,7 +112,7 @@ class MissingUse:
                 self.is_mixed = True
 
     def member(self, name: str) -> "MissingUse":
-        """A part of it, known from now on."""
+        """Return a part of it, known from now on."""
         return self.members.setdefault(name.lower(), MissingUse(name))
 
 

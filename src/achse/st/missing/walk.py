@@ -192,7 +192,7 @@ class MissingNames:
                     base.members.setdefault(name, known)  # what the block lacks, its base has
 
     def _missing_interfaces(self, entry: DeclaredUnit) -> Iterator[MissingUse]:
-        """The interfaces of a block that are missing, those behind declared ones too."""
+        """Return the interfaces of a block that are missing, those behind declared ones too."""
         scope = self._scopes.scope(entry)
         waiting = [(scope, one) for one in getattr(entry.tree, "implements", ())]
         seen: set[int] = set()

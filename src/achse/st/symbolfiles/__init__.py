@@ -39,7 +39,7 @@ def read_symbol_file(data: bytes, source: str) -> SymbolFile:
 
 
 def write_symbol_file(file: SymbolFile, name: str) -> bytes:
-    """The bytes of a `.tmc` or `.tpy`, as the ending of `name` says. Raises ValueError."""
+    """Return the bytes of a `.tmc` or `.tpy`, as the ending of `name` says. Raises ValueError."""
     for suffix, write in _WRITERS.items():
         if name.lower().endswith(suffix):
             return write(file)

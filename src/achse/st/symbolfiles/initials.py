@@ -23,7 +23,7 @@ _MOST_PARTS = 10_000
 
 
 def initial_image(type: IecType[Any], default: Element) -> Image | None:
-    """The bytes that a `<Default>` stands for, None if it says nothing that can be known.
+    """Return the bytes that a `<Default>` stands for, None if it says nothing that can be known.
 
     The engineering tool leaves source text in it (`1 / GVL.nCount`): what is not a literal stays at
     the start value of the type.
@@ -60,7 +60,7 @@ def _put(type: IecType[Any], image: bytearray, path: str, element: Element) -> b
 
 
 def initial_parts(type: IecType[Any], data: bytes) -> list[tuple[str, str, str]]:
-    """The value of `data` as (path, kind of literal, literal); path "" is the whole.
+    """Return the value of `data` as (path, kind of literal, literal); path "" is the whole.
 
     Only parts that differ from the start value of the type are named.
     """

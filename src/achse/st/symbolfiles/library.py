@@ -72,7 +72,7 @@ class LibraryTypes:
             yield types
 
     def type(self, name: str) -> IecType[Any] | None:
-        """The type of a name, with or without the library in front; None if there is none.
+        """Return the type of a name, with or without the library in front; None if there is none.
 
         Raises `DeclarationError` if several libraries have a type of that name.
         """
@@ -80,7 +80,7 @@ class LibraryTypes:
         return type
 
     def signature(self, name: str) -> BlockSignature | None:
-        """The signature of a block or interface, by the file that has its type.
+        """Return the signature of a block or interface, by the file that has its type.
 
         Raises `DeclarationError` like `type`.
         """
@@ -88,7 +88,7 @@ class LibraryTypes:
         return None if types is None else types.signature(whole)
 
     def _search(self, name: str) -> tuple[FileTypes | None, str, IecType[Any] | None]:
-        """The types of the file that has a name, the whole name there, and its type."""
+        """Return the types of the file that has a name, the whole name there, and its type."""
         for types in self._files:
             names = types.named(name)
             if len(names) > 1:
@@ -106,7 +106,7 @@ class LibraryTypes:
         return None, "", None
 
     def enumerations(self, value: str) -> list[EnumType[Any]]:
-        """The enumerations with a value of that name, which may stand alone.
+        """Return the enumerations with a value of that name, which may stand alone.
 
         Of one that several files have, as of copies of a project's file, the first counts.
         """
@@ -115,7 +115,7 @@ class LibraryTypes:
         return [type for type in all_types if isinstance(type, EnumType)]
 
     def constant(self, name: str) -> Constant | None:
-        """The single value that a variable of a library's list starts with: `List.cMost`.
+        """Return the single value that a variable of a library's list starts with: `List.cMost`.
 
         A file does not say which of them are CONSTANT; a library that is not here changes none.
         """

@@ -112,7 +112,7 @@ class SymbolFile:
         )
 
     def called_tasks(self) -> list[FileTask]:
-        """The tasks with the programs they call.
+        """Return the tasks with the programs they call.
 
         A `.tmc` lacks it; there a program belongs to the task of its first variable.
         """
@@ -175,6 +175,6 @@ def _unit(items: Sequence[FileVariable]) -> type[StaticRecord]:
 
 
 def address_of(area: str, bit_offset: int, is_bit: bool) -> Address:
-    """The place in an area `bit_offset` bits from its start."""
+    """Return the place in an area `bit_offset` bits from its start."""
     byte, bit = divmod(bit_offset, 8)
     return Address(area, "X" if is_bit else "", byte, bit if is_bit else None)

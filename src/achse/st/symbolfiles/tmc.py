@@ -43,7 +43,7 @@ def types_of_tmc(data: bytes, source: str = "tmc") -> tuple[FileTypes, Element]:
 
 
 def read_tmc(data: bytes, source: str = "tmc") -> SymbolFile:
-    """The content of a `.tmc`. Raises `SourceError` with the line of the fault."""
+    """Return the content of a `.tmc`. Raises `SourceError` with the line of the fault."""
     types, module = types_of_tmc(data, source)
     contexts = module.find("Contexts")
     tasks = [] if contexts is None else contexts.all("Context")

@@ -39,7 +39,7 @@ Lines = Iterator[str]
 
 
 def write_tmc(file: SymbolFile) -> bytes:
-    """The bytes of a `.tmc` with everything in `file`. Equal files give equal bytes."""
+    """Return the bytes of a `.tmc` with everything in `file`. Equal files give equal bytes."""
     return ("\n".join(_document(file)) + "\n").encode()
 
 
@@ -87,7 +87,7 @@ def _document(file: SymbolFile) -> Lines:
 
 
 def text(tag: str, content: object, **attributes: object) -> str:
-    """An element with text and attributes."""
+    """Return an element with text and attributes."""
     marks = "".join(f' {name}="{escape(str(value))}"' for name, value in attributes.items())
     return f"<{tag}{marks}>{escape(str(content))}</{tag}>"
 
@@ -120,7 +120,7 @@ def properties(pairs: Iterable[tuple[str, str]]) -> Lines:
 
 
 def defined_types(roots: Sequence[IecType[Any]]) -> list[IecType[Any]]:
-    """The types that need a `<DataType>`, with those they extend, by name."""
+    """Return the types that need a `<DataType>`, with those they extend, by name."""
     by_name: dict[str, IecType[Any]] = {}
     while roots:
         new = [type for type in types_shown(roots) if type.name.lower() not in by_name]
@@ -132,7 +132,7 @@ def defined_types(roots: Sequence[IecType[Any]]) -> list[IecType[Any]]:
 
 
 def _named(tag: str, name: str, **attributes: object) -> str:
-    """A name with its namespace apart: `Tc2_System.T_MaxString`."""
+    """Return a name with its namespace apart: `Tc2_System.T_MaxString`."""
     space, dot, own = name.rpartition(".")
     # A name such as `INT (1..5)` has dots that part nothing.
     if dot and own.isidentifier():
@@ -143,7 +143,7 @@ def _named(tag: str, name: str, **attributes: object) -> str:
 def _reference(
     tag: str, type: IecType[Any], arrays: str = "ArrayInfo", **marks: object
 ) -> tuple[str, list[str]]:
-    """The element that names a type, and the elements of arrays around it."""
+    """Return the element that names a type, and the elements of arrays around it."""
     levels: list[tuple[Mapping[str, object], ArrayType[Any]]] = []
     while True:
         pointers: dict[str, object] = {}
@@ -173,7 +173,7 @@ def _reference(
 
 
 def data_type(type: IecType[Any]) -> Lines:
-    """The `<DataType>` of a type that has a name of its own."""
+    """Return the `<DataType>` of a type that has a name of its own."""
     yield "<DataType>"
     yield _named("Name", type.name, GUID=_guid(type.guid))
     yield from _comment(type.comment)

@@ -15,7 +15,7 @@ _POINTER = re.compile(r"(POINTER|REFERENCE) TO ", re.IGNORECASE)
 
 
 def read_tpy(data: bytes, source: str = "tpy") -> SymbolFile:
-    """The content of a `.tpy`. Raises `SourceError` with the line of the fault."""
+    """Return the content of a `.tpy`. Raises `SourceError` with the line of the fault."""
     root = parse_xml(data, source)
     if root.tag != "PlcProjectInfo":
         root.fault(

@@ -27,7 +27,7 @@ Lines = Iterator[str]
 
 
 def write_tpy(file: SymbolFile) -> bytes:
-    """The bytes of a `.tpy` with everything in `file`. Equal files give equal bytes.
+    """Return the bytes of a `.tpy` with everything in `file`. Equal files give equal bytes.
 
     Methods, GUIDs and which task owns a variable have no place in a `.tpy`.
     """
@@ -102,7 +102,7 @@ def _array(array: ArrayType[Any]) -> Lines:
 
 
 def _record(type: StructType[Any]) -> Lines:
-    """A structure or a function block, with what it inherits in place."""
+    """Return a structure or a function block, with what it inherits in place."""
     yield "<DataType>"
     yield text("Name", type.name)
     if type.comment:

@@ -62,7 +62,7 @@ _OF_THE_TOOL = {"itemtype", "poutype", "lowerborder", "upperborder", "tcpersiste
 def checked_address(
     place: Element, name: str, area: str, bit_offset: int, type: IecType[Any], is_bit: bool
 ) -> Address:
-    """The address of a variable, if it is within what an area may have. `place` says it."""
+    """Return the address of a variable, if it is within what an area may have. `place` says it."""
     if bit_offset // 8 + type.size > MAX_BYTES:
         place.fault(f"{shown(name)} lies beyond byte {MAX_BYTES} of its area", Code.BAD_SYMBOL_FILE)
     return address_of(area, bit_offset, is_bit)
@@ -109,11 +109,11 @@ class FileTypes:
         return [type for type in types if type is not None]
 
     def type(self, name: str) -> IecType[Any] | None:
-        """The type of that name, with the name of its library in front if it is of one."""
+        """Return the type of that name, with the name of its library in front if it is of one."""
         return self._find(name)
 
     def named(self, name: str) -> list[str]:
-        """The types that a name may mean which has its library in front, or has not."""
+        """Return the types that a name may mean which has its library in front, or has not."""
         key = name.strip().lower()
         if key in self._elements:
             return [key]
@@ -163,7 +163,7 @@ class FileTypes:
         return names
 
     def with_value(self, value: str) -> list[str]:
-        """The enumerations with a value of that name, but those that have to be in front."""
+        """Return the enumerations with a value of that name, but those that have to be in front."""
         return self._by_value.get(value.lower(), [])
 
     @cached_property
@@ -192,7 +192,7 @@ class FileTypes:
         return type
 
     def bytes_of(self, element: Element, tag: str = "BitSize") -> int:
-        """The size that an element states, in bytes."""
+        """Return the size that an element states, in bytes."""
         size = element.child(tag)
         wide = size.attributes.get("X64", "")
         bits = int(wide) if self.pointer_size == 8 and wide.isdecimal() else size.number

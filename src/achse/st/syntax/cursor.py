@@ -133,7 +133,7 @@ class Cursor:
     # what was expected ---------------------------------------------------------------------
 
     def unexpected(self, expected: str) -> Unexpected:
-        """The fault that says what was expected here, and what came."""
+        """Return the fault that says what was expected here, and what came."""
         position = self.position
         kind = self.kinds[position]
         came = "the end" if kind == END else f"'{self.words[position][:40]}'"
@@ -184,7 +184,7 @@ class Cursor:
 
 
 def _comment_text(comment: str) -> str:
-    """A comment as clients see it: untrimmed, without its signs."""
+    """Return a comment as clients see it: untrimmed, without its signs."""
     if comment.startswith("//"):
         return comment[2:].removeprefix("/").rstrip("\r\n")
     return comment[2:-2]

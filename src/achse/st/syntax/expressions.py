@@ -118,7 +118,7 @@ class ExpressionParser:
                 cursor.depth -= 1
 
     def reference(self) -> Expression:
-        """An expression up to, and without, an assignment."""
+        """Return an expression up to, and without, an assignment."""
         return self.expression(_NO_ASSIGNMENT)
 
     def _prefix(self, kind: str) -> Expression:
@@ -325,7 +325,7 @@ class ExpressionParser:
         return Repetition(value, tuple(values), at)
 
     def _count(self) -> Expression | None:
-        """The name before `((a := 1))` or `([1])`, which no call takes: it counts."""
+        """Return the name before `((a := 1))` or `([1])`, which no call takes: it counts."""
         cursor = self._cursor
         kinds = self._kinds
         last = cursor.position

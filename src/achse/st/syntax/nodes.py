@@ -18,7 +18,7 @@ def node(cls: type[N]) -> type[N]:
 
 
 def place() -> Any:
-    """The field `at` of a node."""
+    """Return the field `at` of a node."""
     return field(default=0, compare=False, repr=False)
 
 

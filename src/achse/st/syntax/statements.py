@@ -82,7 +82,7 @@ class StatementParser:
                 cursor.skip_to(_RESUME, position)
 
     def _simple(self) -> Statement:
-        """An assignment, a call or a label."""
+        """Return an assignment, a call or a label."""
         cursor = self._cursor
         position = cursor.position
         target = self._expressions.reference()
@@ -330,7 +330,7 @@ class StatementParser:
 
 
 def _with_last(tree: Expression, replacement: Callable[[Expression], Expression]) -> Expression:
-    """A chain `a := b := c` with another expression in place of its last one."""
+    """Return a chain `a := b := c` with another expression in place of its last one."""
     if isinstance(tree, Assign):
         return Assign(tree.operator, tree.target, _with_last(tree.value, replacement), tree.at)
     return replacement(tree)

@@ -53,7 +53,7 @@ from achse.st.typed.statements import (
 
 
 def text_of(value: TypedValue) -> str:
-    """A value in one line."""
+    """Return a value in one line."""
     match value:
         case Known(known, type):
             return repr(known) if isinstance(known, bytes) else f"{known}"
@@ -105,7 +105,7 @@ def _list(stored: tuple[Stored, ...], before: str) -> str:
 
 
 def storage_text(storage: Storage) -> str:
-    """A storage by the name it was written with, and what is computed of its place."""
+    """Return a storage by the name it was written with, and what is computed of its place."""
     match storage.base:
         case PointerBase(address):
             head = f"{text_of(address)}^"

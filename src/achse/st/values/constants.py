@@ -46,7 +46,7 @@ Lookup: TypeAlias = Callable[[Path, int], Constant]
 
 
 def path_of(tree: object) -> Path | None:
-    """The names of `a.b.c`; None if the expression is anything else."""
+    """Return the names of `a.b.c`; None if the expression is anything else."""
     names: list[str] = []
     while isinstance(tree, Member):
         names.append(tree.name)
@@ -78,7 +78,7 @@ class Evaluator:
         self._otherwise = otherwise
 
     def value(self, tree: Expression) -> Constant:
-        """The value of an expression. Raises `NotConstant` and `Unexpected`."""
+        """Return the value of an expression. Raises `NotConstant` and `Unexpected`."""
         # Long sums lean to the left: that side is walked, not descended.
         chain: list[Binary] = []
         while isinstance(tree, Binary):
@@ -152,7 +152,7 @@ class Evaluator:
         return Constant(value, type)
 
     def _enumeration(self, name: str, at: int) -> IecType[Any]:
-        """The type that `E_State#3` names."""
+        """Return the type that `E_State#3` names."""
         try:
             type = resolved(self._type_of(Name(name, at)))
         except NotConstant:
@@ -312,7 +312,7 @@ def _binary(sign: str, left: Constant, right: Constant, at: int) -> Constant:
 
 
 def _timed(sign: str, left: Constant, right: Constant, result: Constant, at: int) -> Constant:
-    """The result of arithmetic, as a time if it is one."""
+    """Return the result of arithmetic, as a time if it is one."""
     times = [item.type for item in (left, right) if isinstance(item.type, TimeType)]
     if not times or (len(times) == 2 and sign in ("/", "MOD")):
         return result

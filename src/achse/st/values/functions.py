@@ -61,7 +61,7 @@ def called(name: str, operands: Sequence[Constant], at: int) -> Constant:
 
 
 def _target(name: str) -> IecType[Any] | None:
-    """The type that a conversion like `TO_INT` or `REAL_TO_INT` gives."""
+    """Return the type that a conversion like `TO_INT` or `REAL_TO_INT` gives."""
     match = _CONVERSION.fullmatch(name)
     if match is None or (match[1] not in (None, "ANY") and match[1].lower() not in ELEMENTARY):
         return None
@@ -90,7 +90,7 @@ def _converted(constant: Constant, target: IecType[Any], at: int) -> Constant:
 
 
 def _wrapped(value: int, target: IecType[Any]) -> int:
-    """The number as the bits of a type hold it."""
+    """Return the number as the bits of a type hold it."""
     width = 8 * target.size
     count = value & (1 << width) - 1
     is_signed = isinstance(target, IntegerType) and target.low < 0
@@ -98,7 +98,7 @@ def _wrapped(value: int, target: IecType[Any]) -> int:
 
 
 def _of_time(count: int, source: str, target: TimeType[Any]) -> int:
-    """A time in another type, cut to its resolution."""
+    """Return a time in another type, cut to its resolution."""
     nanoseconds = count * UNITS_NS.get(source, 1)
     if target.name in _DATES:
         nanoseconds -= nanoseconds % _DAY_NS
@@ -133,7 +133,7 @@ def _encoded(constant: Constant, at: int) -> bytes:
 
 
 def _read(text: str, target: IecType[Any], at: int) -> Constant:
-    """The value at the beginning of a text; 0 without one."""
+    """Return the value at the beginning of a text; 0 without one."""
     text = text.strip()
     if isinstance(target, BoolType):
         return Constant(text.upper() == "TRUE", target)
@@ -165,7 +165,7 @@ def _read(text: str, target: IecType[Any], at: int) -> Constant:
 
 
 def _number(function: Callable[..., Any]) -> Callable[[Sequence[Constant], int], Constant]:
-    """A function of numbers that gives a number of no certain type."""
+    """Return a function of numbers that gives a number of no certain type."""
 
     def result(operands: Sequence[Constant], at: int) -> Constant:
         _all_numbers(operands, at)
@@ -259,7 +259,7 @@ def _fits(value: Any, type: IntegerType) -> bool:
 def _shift(
     function: Callable[[int, int, int], int],
 ) -> Callable[[Sequence[Constant], int], Constant]:
-    """A function of the bits of a value, how many there are, and a count."""
+    """Return a function of the bits of a value, how many there are, and a count."""
 
     def result(operands: Sequence[Constant], at: int) -> Constant:
         (value, type), (count, _) = operands
@@ -290,7 +290,7 @@ def _rotated(value: int, width: int, count: int) -> int:
 def _texts(
     function: Callable[..., str | int], of: str = "string"
 ) -> Callable[[Sequence[Constant], int], Constant]:
-    """A function of texts and positions; a text it gives is as long as one can be."""
+    """Return a function of texts and positions; a text it gives is as long as one can be."""
 
     def result(operands: Sequence[Constant], at: int) -> Constant:
         values = [item.value for item in operands]
@@ -361,7 +361,7 @@ _OF_TEXTS: dict[str, tuple[int, Callable[..., str | int]]] = {
 
 
 def _utf8(operands: Sequence[Constant], at: int) -> Constant:
-    """A text in UTF-8; none if it is too long, as of the function."""
+    """Return a text in UTF-8; none if it is too long, as of the function."""
     text = operands[0].value
     if not isinstance(text, str):
         raise Unexpected(at, f"a text, got {text!r}", Code.ARGUMENT_TYPE)

@@ -65,7 +65,7 @@ class InitialValues:
         self.remaining: list[NonConstantPart] = []
 
     def value(self, type: IecType[Any], initial: Initial) -> object:
-        """The value, or None if nothing of it is constant. Raises `Unexpected`."""
+        """Return the value, or None if nothing of it is constant. Raises `Unexpected`."""
         value = self._value(type, initial, 0)
         return None if value is _LEFT else value
 

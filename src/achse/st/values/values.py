@@ -48,7 +48,7 @@ UNITS_NS = {
 
 
 def checked(function: Callable[..., Any], values: Sequence[Value], at: int) -> Constant:
-    """The result; ValueError is left to the caller."""
+    """Return the result; ValueError is left to the caller."""
     try:
         result = function(*values)
     except ZeroDivisionError:
@@ -66,7 +66,7 @@ def checked(function: Callable[..., Any], values: Sequence[Value], at: int) -> C
 
 
 def fitted(constant: Constant, type: IecType[Any], at: int) -> object:
-    """The constant as a value that `type` encodes. Raises `Unexpected` if it is none."""
+    """Return the constant as a value that `type` encodes. Raises `Unexpected` if it is none."""
     real = resolved(type)
     value: object = constant.value
     if isinstance(real, StringType):

@@ -206,7 +206,7 @@ class _Campaign:
         return sorted(touched.suites)
 
     def _noticing(self, planted: _Planted, chosen: list[int] | None) -> Passing:
-        """The tests that can notice a mutant."""
+        """Return the tests that can notice a mutant."""
         if chosen is None:
             return self._passing
         names = {self._base.suites[planted.plc][number] for number in chosen}
@@ -233,7 +233,7 @@ class _Campaign:
         return dependent
 
     def _one(self, work: Callable[[TestBench], T]) -> T:
-        """The result of a run."""
+        """Return the result of a run."""
         ((_, result),) = self._all([work])
         if result.problem:
             raise ProjectError(f"without any fault: {result.problem}")
@@ -290,7 +290,7 @@ def _order(routine: Routine) -> tuple[str, int]:
 
 
 def _trial(result: WorkResult) -> Trial:
-    """A run that crashed counts as detected."""
+    """Return a run that crashed counts as detected."""
     if result.value is None:
         return Trial(result.problem, result.is_out_of_time)
     trial: Trial = result.value

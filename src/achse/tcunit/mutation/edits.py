@@ -56,7 +56,7 @@ class SourceEdits:
         return at <= len(self._text)
 
     def _index(self, at: int) -> int:
-        """The number of the token at an offset; -1 if none begins there."""
+        """Return the number of the token at an offset; -1 if none begins there."""
         index = bisect_left(self._starts, at)
         while index < len(self._starts) and self._starts[index] == at:
             if self._kinds[index] is not END:
@@ -65,7 +65,7 @@ class SourceEdits:
         return -1
 
     def word(self, at: int) -> str:
-        """The operator or keyword at an offset, in capitals; empty if there is none."""
+        """Return the operator or keyword at an offset, in capitals; empty if there is none."""
         index = self._index(at)
         return self._kinds[index] if index >= 0 else ""
 
@@ -120,7 +120,7 @@ class SourceEdits:
         return None if span is None else TextEdit(*span, text)
 
     def negated_condition(self, at: int) -> TextEdit | None:
-        """The condition behind IF, ELSIF or WHILE with a NOT before it."""
+        """Return the condition behind IF, ELSIF or WHILE with a NOT before it."""
         span = self._condition(at)
         return None if span is None else TextEdit(*span, f"NOT ({self._text[slice(*span)]})")
 
@@ -170,7 +170,7 @@ class SourceEdits:
         return " ".join(self._text[self._starts[first] : self._end(last)].split())
 
     def _left(self, operator: int) -> int:
-        """The first token of the left operand."""
+        """Return the first token of the left operand."""
         power, depth, here = BINDING.get(self._kinds[operator], 0), 0, operator
         while here > 0:
             kind = self._kinds[here - 1]
@@ -186,7 +186,7 @@ class SourceEdits:
         return here
 
     def _right(self, operator: int) -> int:
-        """The last token of the right operand."""
+        """Return the last token of the right operand."""
         power, depth, here = BINDING.get(self._kinds[operator], 0), 0, operator
         while True:
             kind = self._kinds[here + 1]
@@ -212,7 +212,7 @@ class SourceEdits:
         return first, last
 
     def literal(self, at: int) -> str:
-        """The literal at an offset, as written."""
+        """Return the literal at an offset, as written."""
         first, last = self._literal(at)
         return self._text[at : self._end(last)] if first >= 0 else ""
 

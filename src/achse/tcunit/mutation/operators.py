@@ -183,7 +183,7 @@ class _Walk:
     # statements ------------------------------------------------------------------------------
 
     def statements(self, body: TypedStatements) -> Iterator[tuple[TypedStatements, _Site]]:
-        """A list of statements: each removed, and with faults inside."""
+        """Return a list of statements: each removed, and with faults inside."""
         for place, one in enumerate(body):
             if isinstance(one, LifeStep):
                 continue
@@ -201,7 +201,7 @@ class _Walk:
                 yield (*before, variant, *after), site
 
     def _removed(self, statement: Any) -> _Site | None:
-        """The removal of a statement; None of one that is made of others."""
+        """Return the removal of a statement; None of one that is made of others."""
         at = statement.at
         word = _LEAVINGS.get(type(statement))
         if word is not None:
@@ -245,7 +245,7 @@ class _Walk:
             yield changed(statement, otherwise=body), site
 
     def _condition(self, condition: TypedValue, at: int, values: tuple[bool, ...]) -> _Variants:
-        """A condition that is constant, that is negated, and with faults inside."""
+        """Return a condition that is constant, that is negated, and with faults inside."""
         if not isinstance(condition, Known):
             for value in values:
                 word = str(value).upper()
@@ -301,7 +301,7 @@ class _Walk:
     # values ----------------------------------------------------------------------------------
 
     def value(self, value: Any) -> _Variants:
-        """A value, storage or anything else in an expression, with faults in it."""
+        """Return a value, storage or anything else in an expression, with faults in it."""
         kind: type = type(value)
         if kind is tuple:
             for place, one in enumerate(value):
@@ -392,7 +392,7 @@ class _Walk:
 
 
 def _with(statement: Any, name: str, place: int, part: Any) -> Any:
-    """A statement with another part in one of its lists."""
+    """Return a statement with another part in one of its lists."""
     parts = getattr(statement, name)
     return changed(statement, **{name: (*parts[:place], part, *parts[place + 1 :])})
 

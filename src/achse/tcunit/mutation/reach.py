@@ -45,7 +45,7 @@ class SuiteReach:
     """Values of a routine's counters, by the routine and the owner."""
 
     def of(self, mutant: Mutant, counters: CoverageCounters) -> Reached:
-        """The suites that run the statement of a mutant; none if it has no counters."""
+        """Return the suites that run the statement of a mutant; none if it has no counters."""
         covered = counters.routines.get(mutant.routine.key)
         tallies: list[Tally] = []
         if covered is not None:

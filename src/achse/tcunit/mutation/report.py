@@ -27,7 +27,7 @@ _STATUSES = {
 
 
 def summary_of(run: MutationRun, *, shows_all: bool = False) -> str:
-    """The mutants that no test noticed, and the numbers; with `shows_all` each mutant."""
+    """Return the mutants that no test noticed, and the numbers; with `shows_all` each mutant."""
     lines: list[str] = []
     for one in run.mutants:
         if shows_all or one.outcome is MutantOutcome.SURVIVED:
@@ -168,7 +168,7 @@ def _json(run: MutationRun) -> str:
 
 
 def _file_text(file: str) -> str:
-    """The whole file, which places are of."""
+    """Return the whole file, which places are of."""
     try:
         return Path(file).read_text(encoding="utf-8-sig") if file else ""
     except (OSError, UnicodeDecodeError):
@@ -211,5 +211,5 @@ FORMS: Mapping[str, Callable[[MutationRun], str]] = {
 
 
 def report_of(run: MutationRun, file: Path) -> str:
-    """The content of a file whose ending is one of `FORMS`."""
+    """Return the content of a file whose ending is one of `FORMS`."""
     return FORMS[file.suffix.lower()](run)
