@@ -176,7 +176,7 @@ class _Check:
         return int.from_bytes(self._drive.read(index, subindex), "little")
 
     def mapping(self) -> Iterator[str]:
-        """Return the procedure of 001 §2.8 on 1600h with a wrong step at every point; in PreOp."""
+        """Check the procedure of 001 §2.8 on 1600h with a wrong step at every point; in PreOp."""
         refused, absent = AbortCode.UNSUPPORTED_ACCESS, AbortCode.NO_OBJECT
         steps: tuple[_Step, ...] = (
             *_default(),
@@ -286,7 +286,7 @@ class _Check:
         self._until(0x0F, lambda: self._inputs[2] == self._mode)
 
     def silence(self) -> Iterator[str]:
-        """Return the watchdog of an enabled drive, its fault, acknowledgement and reset."""
+        """Check the watchdog of an enabled drive, its fault, acknowledgement and reset."""
         self._drive.watchdog(_WATCHDOG_S)
         self._drive.pause(_SILENCE_S)
         reached, code = self._drive.request(AlState.SAFEOP)

@@ -41,7 +41,7 @@ class DriveReach(Protocol):
     """Seconds of one cycle."""
 
     def read(self, index: int, subindex: int = 0) -> bytes:
-        """Return an object by SDO; raises SdoAbort."""
+        """Read an object by SDO; raises SdoAbort."""
         ...
 
     def write(self, index: int, subindex: int, data: bytes) -> None:
@@ -146,7 +146,7 @@ class SegmentReach:
         return answer
 
     def read(self, index: int, subindex: int = 0) -> bytes:
-        """Return an object of up to one mailbox; raises SdoAbort."""
+        """Read an object of up to one mailbox; raises SdoAbort."""
         answer = self._request(0x40, index, subindex, b"")
         if answer[0] & 0x02:
             return answer[4 : 8 - (answer[0] >> 2 & 3)]
@@ -234,7 +234,7 @@ class PysoemReach:
         self.cycle_s = cycle_s
 
     def read(self, index: int, subindex: int = 0) -> bytes:
-        """Return an object; raises SdoAbort."""
+        """Read an object; raises SdoAbort."""
         try:
             return bytes(self._slave.sdo_read(index, subindex))
         except self._aborted as refusal:

@@ -155,7 +155,7 @@ class ExpressionWriter:
         return CodeExpression(repr(known) if len(known) <= 64 else self.linker.constant(known))
 
     def keeping(self, value: nodes.Keep) -> CodeExpression:
-        """Return a value that is needed again."""
+        """Keep a value that is needed again."""
         piece = self.exact_value(value.value)
         if value.is_repeatable:
             self.temporaries[value.temporary.number] = piece

@@ -346,7 +346,7 @@ class StatementWriter:
 
 
 def _counting(number: int) -> str:
-    """Return a line that counts."""
+    """Return a counting line of code."""
     return f"COUNTS[{number}] += 1"
 
 

@@ -215,7 +215,7 @@ class Debugger:
     # breakpoints -----------------------------------------------------------------------------
 
     def add(self, path: str, line: int, condition: str = "", hits: int = 0) -> Breakpoint:
-        """Return a breakpoint at the first statement at a line or after it.
+        """Set a breakpoint at the first statement at a line or after it.
 
         One whose place is not found waits for an online change that brings it. Raises
         `DebugError` if there are too many.

@@ -197,7 +197,7 @@ class ExpressionTranslator:
         return b.constant(kind, known)
 
     def keep(self, value: nodes.Keep) -> MachineValue:
-        """Return a value that is needed again."""
+        """Keep a value that is needed again."""
         temporary = self.steady(self.value(value.value), value.type)
         self.temporaries[value.temporary.number] = temporary
         return temporary

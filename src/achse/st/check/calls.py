@@ -244,7 +244,7 @@ class CallChecker:
     # properties ------------------------------------------------------------------------------
 
     def read_property(self, use: PropertyUse) -> TypedOperand:
-        """Return the value of a property: its GET is called."""
+        """Read a property by a call of its GET."""
         signature = self._accessor(use, get=True)
         if signature is None:
             raise Unexpected(
@@ -256,7 +256,7 @@ class CallChecker:
         return self._invocation(callee, (), (), use.at)
 
     def write_property(self, use: PropertyUse, operand: TypedOperand, at: int) -> TypedValue:
-        """Return an assignment to a property: its SET is called."""
+        """Write a property by a call of its SET."""
         signature = self._accessor(use, get=False)
         if signature is None:
             raise Unexpected(

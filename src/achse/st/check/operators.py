@@ -239,7 +239,7 @@ class Operators:
     def _with_loose(
         self, typed: TypedOperand, loose: TypedOperand
     ) -> tuple[IecType[Any], IecType[Any]]:
-        """Return a constant takes the type of what it meets, if that holds it."""
+        """Convert a constant to the type of the other operand if that holds it."""
         wide = promoted(typed.flat)
         value = loose.constant
         assert isinstance(value, int)
@@ -465,7 +465,7 @@ class Operators:
         return TypedOperand(folded(Computed(operator, values, BOOL, at)), BOOL)
 
     def _addressed(self, operand: TypedOperand, other: TypedOperand, at: int) -> TypedOperand:
-        """Return a block that is compared with an interface is its address."""
+        """Convert a block that is compared with an interface to its address."""
         type = operand.flat
         if not is_interface(other.flat) or not isinstance(type, StructType):
             return operand

@@ -54,7 +54,7 @@ class DeclarationParser:
     # types ---------------------------------------------------------------------------------
 
     def type_spec(self) -> TypeSpec:
-        """Return a type as written after the colon. Raises `Unexpected`."""
+        """Parse a type as written after the colon. Raises `Unexpected`."""
         cursor = self._cursor
         position = cursor.position
         kind = self._kinds[position]
@@ -90,7 +90,7 @@ class DeclarationParser:
         return spec
 
     def type_name(self, expected: str = "the name of a type") -> NamedType:
-        """Return the name of a type, with its arguments if it is generic. Raises `Unexpected`."""
+        """Parse the name of a type, with its arguments if it is generic. Raises `Unexpected`."""
         cursor = self._cursor
         path = cursor.path(expected)
         generics: list[Expression] = []
@@ -310,7 +310,7 @@ class DeclarationParser:
         return self._kinds[position] != "END_VAR"
 
     def _initial_of(self, spec: TypeSpec) -> Initial:
-        """Return the initial value; that of an array may stand without brackets, as in TwinCAT 2:
+        """Parse the initial value; that of an array may stand without brackets, as in TwinCAT 2:
         `:= 1, 2, 3(0);`, `:= (a := 0), (a := 1);`."""
         cursor = self._cursor
         start = cursor.position

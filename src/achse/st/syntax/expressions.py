@@ -118,7 +118,7 @@ class ExpressionParser:
                 cursor.depth -= 1
 
     def reference(self) -> Expression:
-        """Return an expression up to, and without, an assignment."""
+        """Parse an expression up to, and without, an assignment."""
         return self.expression(_NO_ASSIGNMENT)
 
     def _prefix(self, kind: str) -> Expression:

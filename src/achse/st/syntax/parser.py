@@ -64,7 +64,7 @@ class Parsed(NamedTuple):
     faults: tuple[Diagnostic, ...]
 
     def check(self) -> "Parsed":
-        """Return the same, if there is no fault. Raises `SourceError`."""
+        """Return the parsed source if it has no fault. Raises `SourceError`."""
         if self.faults:
             raise SourceError(self.faults)
         return self
@@ -90,7 +90,7 @@ def parse_expression(text: str) -> Expression:
 
 
 def parse_statements(text: str) -> Statements:
-    """Return a list of statements. Raises `SourceError`."""
+    """Parse a list of statements. Raises `SourceError`."""
     parser = Parser(Source(text))
     return _whole(parser, parser.statements.statements)
 
@@ -219,7 +219,7 @@ class Parser:
     # units ---------------------------------------------------------------------------------
 
     def function_block(self, whole: bool = True) -> FunctionBlock:
-        """Return a function block; only its head and variables if it is not `whole`."""
+        """Parse a function block; only its head and variables if it is not `whole`."""
         cursor = self._cursor
         modifiers, name, note = self._opening("FUNCTION_BLOCK")
         generic = self.declarations.var_blocks(("VAR_GENERIC",))
@@ -233,7 +233,7 @@ class Parser:
         )
 
     def program(self, whole: bool = True) -> Program:
-        """Return a program; only its head and variables if it is not `whole`."""
+        """Parse a program; only its head and variables if it is not `whole`."""
         modifiers, name, note = self._opening("PROGRAM")
         self._cursor.take(";")
         blocks = self.declarations.var_blocks()
@@ -241,7 +241,7 @@ class Parser:
         return Program(name.name, modifiers, blocks, parts, body, note, name.at)
 
     def function(self, whole: bool = True) -> Function:
-        """Return a function; only its head and variables if it is not `whole`."""
+        """Parse a function; only its head and variables if it is not `whole`."""
         modifiers, name, note = self._opening("FUNCTION")
         returns = self._returns()
         self._cursor.take(";")
@@ -250,7 +250,7 @@ class Parser:
         return Function(name.name, modifiers, returns, blocks, body, note, name.at)
 
     def interface(self, whole: bool = True) -> Interface:
-        """Return an interface; only its head if it is not `whole`."""
+        """Parse an interface; only its head if it is not `whole`."""
         modifiers, name, note = self._opening("INTERFACE")
         extends = self._type_names() if self._cursor.take("EXTENDS") else ()
         self._cursor.take(";")
@@ -342,7 +342,7 @@ class Parser:
         return parts
 
     def method(self, whole: bool = True) -> Method:
-        """Return a method; only its head and variables if it is not `whole`."""
+        """Parse a method; only its head and variables if it is not `whole`."""
         modifiers, name, note = self._opening("METHOD")
         returns = self._returns()
         self._cursor.take(";")
@@ -351,7 +351,7 @@ class Parser:
         return Method(name.name, modifiers, returns, blocks, body, note, name.at)
 
     def property(self, whole: bool = True) -> Property:
-        """Return a property; only its head if it is not `whole`."""
+        """Parse a property; only its head if it is not `whole`."""
         cursor = self._cursor
         modifiers, name, note = self._opening("PROPERTY")
         cursor.expect(":")
@@ -390,7 +390,7 @@ class Parser:
         return Accessor(tuple(words), self.declarations.var_blocks(), (), note, at)
 
     def action(self) -> Action:
-        """Return an action."""
+        """Parse an action."""
         cursor = self._cursor
         first = cursor.position
         cursor.expect("ACTION")

@@ -91,7 +91,7 @@ def print_statements(statements: Iterable[Statement]) -> str:
 
 
 def print_expression(tree: Expression) -> str:
-    """Return an expression, with the brackets it needs and no others."""
+    """Print an expression with the necessary brackets only."""
     return _expression(tree, 0)
 
 
@@ -167,7 +167,7 @@ def _argument(argument: Argument) -> str:
 
 
 def print_initial(tree: Initial | Repetition) -> str:
-    """Return an initial value."""
+    """Print an initial value."""
     match tree:
         case ArrayInitial(values):
             return f"[{', '.join(map(print_initial, values))}]"
@@ -265,7 +265,7 @@ def _range(limits: Range) -> str:
 
 
 def print_type(spec: TypeSpec) -> str:
-    """Return a type as written after the colon, in one line."""
+    """Print a type as written after the colon, in one line."""
     match spec:
         case NamedType():
             return _named(spec)

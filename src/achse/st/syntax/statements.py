@@ -82,7 +82,7 @@ class StatementParser:
                 cursor.skip_to(_RESUME, position)
 
     def _simple(self) -> Statement:
-        """Return an assignment, a call or a label."""
+        """Parse an assignment, a call or a label."""
         cursor = self._cursor
         position = cursor.position
         target = self._expressions.reference()

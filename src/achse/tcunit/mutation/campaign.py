@@ -290,7 +290,7 @@ def _order(routine: Routine) -> tuple[str, int]:
 
 
 def _trial(result: WorkResult) -> Trial:
-    """Return a run that crashed counts as detected."""
+    """Return the trial of a result; a crashed run counts as detected."""
     if result.value is None:
         return Trial(result.problem, result.is_out_of_time)
     trial: Trial = result.value

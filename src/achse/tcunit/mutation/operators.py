@@ -183,7 +183,7 @@ class _Walk:
     # statements ------------------------------------------------------------------------------
 
     def statements(self, body: TypedStatements) -> Iterator[tuple[TypedStatements, _Site]]:
-        """Return a list of statements: each removed, and with faults inside."""
+        """Return variants of a list of statements: each removed, and with faults inside."""
         for place, one in enumerate(body):
             if isinstance(one, LifeStep):
                 continue
@@ -245,7 +245,7 @@ class _Walk:
             yield changed(statement, otherwise=body), site
 
     def _condition(self, condition: TypedValue, at: int, values: tuple[bool, ...]) -> _Variants:
-        """Return a condition that is constant, that is negated, and with faults inside."""
+        """Return variants of a condition: constant, negated, and with faults inside."""
         if not isinstance(condition, Known):
             for value in values:
                 word = str(value).upper()
@@ -301,7 +301,7 @@ class _Walk:
     # values ----------------------------------------------------------------------------------
 
     def value(self, value: Any) -> _Variants:
-        """Return a value, storage or anything else in an expression, with faults in it."""
+        """Return variants of any part of an expression, with faults in it."""
         kind: type = type(value)
         if kind is tuple:
             for place, one in enumerate(value):
