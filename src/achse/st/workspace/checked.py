@@ -34,7 +34,7 @@ from achse.st.workspace.findings import (
     sorted_faults,
     sorted_findings,
 )
-from achse.st.workspace.plans import plan_of_all, plan_routines, settled
+from achse.st.workspace.plans import any_list_fails, plan_of_all, plan_routines, settled
 from achse.st.workspace.stubs import ProjectStubs, may_need_stubs
 from achse.st.workspace.touched import Touched, WordIndex, first_touched
 from achse.st.workspace.uses import SymbolUse, use_at, uses_in
@@ -258,7 +258,7 @@ class CheckedProject:
         readable = {parsed.source for parsed in sources}
         entries = [one for one in names.scopes.entries.values() if one.source in readable]
         self._words.keep(sources, entries)
-        touched = self._words.touched(sources, entries, first)
+        touched = self._words.touched(sources, entries, first, frozenset(names.units))
         named = {
             parsed.source
             for parsed in sources
@@ -276,6 +276,8 @@ class CheckedProject:
         self._uses = {}
         for entry in [one for one in self._mentions if one.source in named]:
             del self._mentions[entry]
+        if any_list_fails(names, touched):
+            return False  # units that name other variables of it fail, too
         plan = settled(plan, names, touched, edited) or plan_of_all(checking, touched, self._words)
         checking.check_touched(touched.units, touched.words, plan.again, plan.kept)
         if not checking.is_exact or names.scopes.height > DEEPEST:

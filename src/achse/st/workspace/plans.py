@@ -83,6 +83,13 @@ def settled(
     return RoutinePlan(plan.again, kept)
 
 
+def any_list_fails(names: Resolver, touched: Touched) -> bool:
+    """Return True if a touched list of variables could not be declared."""
+    entries = (names.scopes.entries.get(key) for key in touched.units)
+    lists = [one for one in entries if one is not None and isinstance(one.tree, GlobalList)]
+    return not all(is_sound(names, one) for one in lists if not one.is_library)
+
+
 def is_sound(names: Resolver, entry: DeclaredUnit) -> bool:
     """Return True if a unit has its type or its record, or needs none."""
     if entry.failed:

@@ -9,7 +9,7 @@ change nothing.
 
 import re
 from bisect import bisect_right
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from achse.st.check.signatures import Signature
@@ -114,10 +114,12 @@ class WordIndex:
         sources: Iterable[Parsed],
         entries: Iterable[DeclaredUnit],
         first: Touched,
+        sound: Container[str] = (),
     ) -> Touched:
         """Return all that an edit touches, of which it touches `first` itself.
 
-        `entries` are the units of `sources`.
+        `entries` are the units of `sources`; of lists that are `sound`, keys, variables count one by
+        one.
         """
         units, words = set(first.units), set(first.words)
         trees = {parsed.source: parsed.units for parsed in sources}
@@ -134,7 +136,7 @@ class WordIndex:
             before = len(words)
             for entry in further:
                 units.add(entry.name.lower())
-                if isinstance(entry.tree, GlobalList):
+                if isinstance(entry.tree, GlobalList) and entry.name.lower() in sound:
                     words.add(entry.tree.name.lower())
                     lists.append(entry)
                 else:
@@ -167,11 +169,13 @@ def first_touched(
         if scopes.is_of_library(key) or scopes.is_of_library(key.rpartition(".")[2]):
             return None
     units, words = {*before, *after}, set[str]()
-    for key in before.keys() | after.keys():
-        words.update(_given_names([one[key] for one in (before, after) if key in one]))
     faulty = {one.origin.source if one.origin is not None else None for one in declared}
     if None in faulty:
         return None
+    is_whole |= known.source in faulty
+    for key in before.keys() | after.keys():
+        versions = [one[key] for one in (before, after) if key in one]
+        words.update(_given_names(versions, is_whole=is_whole))
     quoted = f"{known.source.path}:"  # a place there may have moved
     for node in checking.nodes.values():
         if any(quoted in one.message for one in node.warnings):
@@ -184,7 +188,7 @@ def first_touched(
                 tainted.append(owner)
             elif key not in _WITHOUT_UNIT:
                 return None
-    wholes = {*before, *after} if is_whole or known.source in faulty else set()
+    wholes = {*before, *after} if is_whole else set()
     for entry in tainted:
         wholes.add(entry.name.lower())
         if entry.source is not known.source:
@@ -193,10 +197,10 @@ def first_touched(
     return Touched(units, words, wholes)
 
 
-def _given_names(versions: Sequence[Unit]) -> Iterable[str]:
+def _given_names(versions: Sequence[Unit], *, is_whole: bool) -> Iterable[str]:
     """The names of a unit, and those of its contents that need no prefix; of a list those alone
-    that differ between two versions."""
-    if len(versions) == 2 and isinstance(versions[0], GlobalList):
+    that differ between two versions, unless it `is_whole`."""
+    if not is_whole and len(versions) == 2 and isinstance(versions[0], GlobalList):
         different = differing(*versions)
         if different is not None:
             return (versions[0].name.lower(), *different)
