@@ -118,8 +118,8 @@ class WordIndex:
     ) -> Touched:
         """Return all that an edit touches, of which it touches `first` itself.
 
-        `entries` are the units of `sources`; of lists that are `sound`, keys, variables count one by
-        one.
+        `entries` are the units of `sources`; of lists that are `sound`, keys, variables count one
+        by one.
         """
         units, words = set(first.units), set(first.words)
         trees = {parsed.source: parsed.units for parsed in sources}
