@@ -10,7 +10,7 @@ def _touched(workspace: Workspace, units: set[str], words: set[str]) -> Touched:
     checking = workspace.checking
     assert checking is not None
     entries = [one for one in checking.names.scopes.entries.values() if not one.is_library]
-    return WordIndex().touched(workspace.sources, entries, Touched(units, words, set()))
+    return WordIndex().touched(workspace.sources, entries, Touched(units, words, set()), {"gvl"})
 
 
 def test_units_are_touched_by_names_in_their_declarations(workspace: Workspace) -> None:
