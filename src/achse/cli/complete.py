@@ -65,11 +65,11 @@ def symbols(ctx: Any, incomplete: str) -> list[str]:
     async def ask(client: Any) -> list[str]:
         return [entry.name for entry in await client.symbols()]
 
-    found = _beginning(incomplete, _asked(ctx, 851, ask))
+    matches = _beginning(incomplete, _asked(ctx, 851, ask))
     depth = incomplete.count(".") + 1
     parts = dict.fromkeys(
         name if name.count(".") < depth else ".".join(name.split(".")[:depth]) + "."
-        for name in found
+        for name in matches
     )
     return list(parts)[:_MOST]
 

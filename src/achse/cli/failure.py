@@ -40,8 +40,8 @@ def in_json() -> bool:
 def tell(message: str, *, name: str = "FAILED", code: int | None = None) -> None:
     """Tell an error on stderr, as a sentence or an object; `code` is that of ADS, or None."""
     if _in_json:
-        told = {"code": code or None, "name": name, "message": message}
-        message = dumped(told, sys.stderr)
+        facts = {"code": code or None, "name": name, "message": message}
+        message = dumped(facts, sys.stderr)
     print(message, file=sys.stderr)
 
 

@@ -90,11 +90,11 @@ def client_command(
     return register
 
 
-def _tcp_port(context: typer.Context, given: int, listens: Listens) -> int:
+def _tcp_port(context: typer.Context, option: int, listens: Listens) -> int:
     """Return the TCP port: that of the command line, else that of a variable, else the default."""
     source = context.get_parameter_source("tcp_port")
     if listens == ROUTER or (source is not None and source.name == "COMMANDLINE"):
-        return given
+        return option
     variable, default = listens
     text = os.environ.get(variable) or str(default)
     if not text.isdecimal() or not 0 < int(text) < 1 << 16:
@@ -221,8 +221,8 @@ async def ports_that_answer(client: "Client") -> list[int]:
             return False
         return True
 
-    found = await asyncio.gather(*map(answers, _USUAL_PORTS))
-    return [port for port, there in zip(_USUAL_PORTS, found, strict=True) if there]
+    answering = await asyncio.gather(*map(answers, _USUAL_PORTS))
+    return [port for port, there in zip(_USUAL_PORTS, answering, strict=True) if there]
 
 
 def ports_hint(port: int, there: Sequence[int]) -> str:

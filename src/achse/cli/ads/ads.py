@@ -152,8 +152,8 @@ async def _read(client: "Client", names: list[str], in_json: bool) -> None:
     for device in dict.fromkeys(target.address for target, _ in places.values()):
         of_device = {name: at for name, at in places.items() if at[0].address == device}
         target = next(iter(of_device.values()))[0]
-        found = await target.read_many({path for _, path in of_device.values()}, strict=False)
-        values |= {name: found[path] for name, (_, path) in of_device.items()}
+        outcomes = await target.read_many({path for _, path in of_device.values()}, strict=False)
+        values |= {name: outcomes[path] for name, (_, path) in of_device.items()}
     refusals = [value for value in values.values() if isinstance(value, AdsError)]
     shown = {}
     for name, (target, path) in places.items():

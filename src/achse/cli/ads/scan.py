@@ -46,10 +46,10 @@ def scan(
     own = os.environ.get("ACHSE_HOST")
     wanted = hosts or ([own] if own else EVERYWHERE)
     try:
-        found = asyncio.run(scan(wanted, seconds=timeout, port=udp_port))
+        routers = asyncio.run(scan(wanted, seconds=timeout, port=udp_port))
     except OSError as failure:
         fail(f"{', '.join(wanted)}: {failure.strerror}")
-    found.sort(key=lambda item: (item[0].host_name, item[0].net_id))
+    routers.sort(key=lambda item: (item[0].host_name, item[0].net_id))
     if in_json:
         print_json(
             [
@@ -62,10 +62,10 @@ def scan(
                     "os_version": ".".join(map(str, info.os_version[:3])),
                     "fingerprint": info.fingerprint,
                 }
-                for info, address in found
+                for info, address in routers
             ]
         )
-    elif found:
+    elif routers:
         print_table(
             [
                 (
@@ -75,7 +75,7 @@ def scan(
                     ".".join(map(str, info.version)),
                     f"{info.os_version.text} {'.'.join(map(str, info.os_version[:3]))}".strip(),
                 )
-                for info, address in found
+                for info, address in routers
             ]
         )
     else:
@@ -97,15 +97,15 @@ def _tell_network(text: str, seconds: float, in_json: bool) -> None:
 
     try:
         settings = MqttSettings.parse(text)
-        found = asyncio.run(look())
+        answers = asyncio.run(look())
     except MqttError as fault:
         raise typer.BadParameter(str(fault), param_hint="--mqtt") from None
     except AdsError as failure:
         fail(str(failure))
     if in_json:
-        print_json([dict(zip(_NOTED, each, strict=True)) for each in found])
-    elif found:
-        print_table(found)
+        print_json([dict(zip(_NOTED, each, strict=True)) for each in answers])
+    elif answers:
+        print_table(answers)
     else:
         fail(f"nobody is online in {settings}")
 

@@ -22,9 +22,9 @@ camshaft = typer.Typer(no_args_is_help=True, help="Show camshaft controllers and
 
 async def _list(client: "Client", in_json: bool) -> None:
     """Print the controllers: angle, stroke rate, cams, tracks that are on, errors."""
-    found = [await _state(client, name) for name in await _names(client)]
+    states = [await _state(client, name) for name in await _names(client)]
     if in_json:
-        print_json(found)
+        print_json(states)
         return
     print_table(
         [
@@ -35,7 +35,7 @@ async def _list(client: "Client", in_json: bool) -> None:
                     *(str(each["configured_cams"]), _tracks(each["cams"])),
                     " ".join(each["errors"]) or "none",
                 )
-                for each in found
+                for each in states
             ),
         ],
         right=frozenset((1, 2, 3)),
@@ -136,12 +136,12 @@ async def _chosen(client: "Client", name: str | None) -> str:
     names = await _names(client)
     if name is None:
         return names[0]
-    found = next((each for each in names if each.casefold() == name.casefold()), None)
-    if found is None:
+    match = next((each for each in names if each.casefold() == name.casefold()), None)
+    if match is None:
         from achse.iec.nearest import did_you_mean
 
         fail(f"no camshaft {name!r}, there are {', '.join(names)}{did_you_mean(name, names)}")
-    return found
+    return match
 
 
 async def _state(client: "Client", name: str) -> dict[str, Any]:

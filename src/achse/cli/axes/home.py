@@ -30,8 +30,8 @@ class HomingOutcome(CommandOutcome):
 
     def add(self, seconds: float, values: Mapping[str, Any], *, before: bool = False) -> None:
         state, step = values["state_dword"], values["homing_state"]
-        asked = values["operation_mode_and_cycle"] & OperationModeBit.APPLICATION_REQUEST
-        going_on = bool(state & StateBit.HOMING_BUSY or asked)
+        requested = values["operation_mode_and_cycle"] & OperationModeBit.APPLICATION_REQUEST
+        going_on = bool(state & StateBit.HOMING_BUSY or requested)
         if not self._has_started and not going_on:
             self.began = seconds
             if before:

@@ -260,7 +260,7 @@ def _tell(broken: "list[Violation]", unit: str) -> None:
 def _curve_json(curve: "Curve", broken: "list[Violation]", samples: bool) -> dict[str, Any]:
     from achse.cli.axes.table_curve import QUANTITIES
 
-    found: dict[str, Any] = {
+    document: dict[str, Any] = {
         "master_velocity": curve.master_velocity,
         "extremes": {
             name: {"least": least, "most": most}
@@ -278,9 +278,9 @@ def _curve_json(curve: "Curve", broken: "list[Violation]", samples: bool) -> dic
         "ok": not broken,
     }
     if samples:
-        found["master"] = curve.master
-        found |= dict(zip(QUANTITIES, curve.values, strict=True))
-    return found
+        document["master"] = curve.master
+        document |= dict(zip(QUANTITIES, curve.values, strict=True))
+    return document
 
 
 async def _curve(

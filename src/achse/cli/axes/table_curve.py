@@ -68,7 +68,7 @@ class Curve:
 
     def violations(self, limits: SlaveLimits) -> list[Violation]:
         """Each limit that is broken, by how much, and where."""
-        found = []
+        violations = []
         for quantity, name in enumerate(QUANTITIES):
             low, high = limits.of(quantity)
             least, most = self.extremes[quantity]
@@ -76,8 +76,8 @@ class Curve:
                 slack = 1e-9 * max(1.0, abs(limit or 0.0))
                 if limit is not None and sign * (value - limit) > slack:
                     spans = self._spans(quantity, limit, sign)
-                    found.append(Violation(name, value, limit, spans))
-        return found
+                    violations.append(Violation(name, value, limit, spans))
+        return violations
 
     def _spans(self, quantity: int, limit: float, sign: float) -> list[tuple[float, float]]:
         spans: list[tuple[float, float]] = []
@@ -157,8 +157,8 @@ def curve_of(
     values: list[list[float]] = [[], [], [], []]
     near = -1
     for place in master:
-        *found, near = cam_values(numbers, first, near, place)
-        for order, value in enumerate(found):
+        *slave_values, near = cam_values(numbers, first, near, place)
+        for order, value in enumerate(slave_values):
             values[order].append(float(value) * master_velocity**order)
     extremes = [(demands[low], demands[high]) for low, high in zip(_LEAST, _GREATEST, strict=True)]
     return Curve(master, values, extremes, master_velocity)

@@ -47,5 +47,5 @@ def written(content: Content) -> str:
             points.append(MotionPoint(0, law, kind, 1, 0, *motion))
         else:
             rows.append(each[:2])
-    found: TableContent = points or rows
-    return text_of(found)
+    table_content: TableContent = points or rows
+    return text_of(table_content)

@@ -88,7 +88,7 @@ async def _slaves(client: "Client", device: int) -> list[dict[str, Any]]:
     data = await master.read_raw(_ADDRESSES, 0, _LONGEST)
     stations = struct.unpack(f"<{len(data) // 2}H", data)
     states = await master.read_raw(_STATES, 0, _LONGEST)
-    found = []
+    slaves = []
     for number, station in enumerate(stations):
         name = await client.read_write_raw(
             _DEVICES + device, _BOX_NAME, 256, station.to_bytes(2, "little")
@@ -98,7 +98,7 @@ async def _slaves(client: "Client", device: int) -> list[dict[str, Any]]:
         faults = _flags(state, _FLAGS) + _flags(link, _LINKS)
         if faults or _STATE_NAMES.get(state) != "OP":
             faults += await _trouble(master, station)
-        found.append(
+        slaves.append(
             {
                 "station": station,
                 "name": name.rstrip(b"\0").decode("cp1252"),
@@ -110,7 +110,7 @@ async def _slaves(client: "Client", device: int) -> list[dict[str, Any]]:
                 "serial": identity[3],
             }
         )
-    return found
+    return slaves
 
 
 async def _trouble(master: "Target", station: int) -> list[str]:
@@ -183,16 +183,16 @@ async def state(
     if station is not None and not slaves:
         fail(f"no slave has the address {station}")
     lowest = int.from_bytes(await master.read_raw(_MASTER_STATE, _STATE_OFFSET, 2), "little")
-    told: dict[str, Any] = {
+    facts: dict[str, Any] = {
         "bus": _STATE_NAMES.get(lowest, "none"),
         "faults": _flags(flags, _DEV_FLAGS),
         "slaves": slaves,
     }
     if in_json:
-        print_json(told)
+        print_json(facts)
         return
     if station is None:
-        print(f"bus: {told['bus']}; {', '.join(told['faults']) or 'no fault'}")
+        print(f"bus: {facts['bus']}; {', '.join(facts['faults']) or 'no fault'}")
     if identity:
         _print_identities(slaves)
         return
@@ -200,7 +200,7 @@ async def state(
         print(f"{each['station']}  {each['state']}  {', '.join(each['faults']) or 'no fault'}")
 
 
-def _print_identities(found: list[dict[str, Any]]) -> None:
+def _print_identities(slaves: list[dict[str, Any]]) -> None:
     """Print slaves with name, state, identity and faults."""
     print_table(
         [
@@ -211,7 +211,7 @@ def _print_identities(found: list[dict[str, Any]]) -> None:
                     *(f"{each[key]:08X}" for key in ("vendor", "product", "revision")),
                     ", ".join(each["faults"]) or "none",
                 )
-                for each in found
+                for each in slaves
             ),
         ]
     )
@@ -337,12 +337,12 @@ async def _statistics(client: "Client", reset: bool, device: int, in_json: bool)
     master = await _master(client, device)
     _, *frames = struct.unpack("<5I", await master.read_raw(_FRAMES, 0, 20))
     names = ("cyclic", "cyclic_lost", "acyclic", "acyclic_lost")
-    told: dict[str, Any] = dict(zip(names, frames, strict=True))
+    facts: dict[str, Any] = dict(zip(names, frames, strict=True))
     for which, name in enumerate(("interface", "trouble", "second_interface", "ring_open")):
-        told[name] = (await master.read_raw(_WAY, which, _LONGEST)).rstrip(b"\0").decode()
+        facts[name] = (await master.read_raw(_WAY, which, _LONGEST)).rstrip(b"\0").decode()
     trips = struct.unpack("<6Q", await master.read_raw(_TRIPS, 0, 48))
     keys = ("count", "missing", "last_ns", "mean_ns", "within_99_percent_ns", "largest_ns")
-    told["round_trips"] = dict(zip(keys, trips, strict=True))
+    facts["round_trips"] = dict(zip(keys, trips, strict=True))
     data = await master.read_raw(_ADDRESSES, 0, _LONGEST)
     stations = struct.unpack(f"<{len(data) // 2}H", data)
     columns = [
@@ -351,7 +351,7 @@ async def _statistics(client: "Client", reset: bool, device: int, in_json: bool)
     ]
     clocks = await master.read_raw(_CLOCKS, 0, _LONGEST)
     columns.append(struct.unpack(f"<{len(stations)}i", clocks))
-    told["slaves"] = [
+    facts["slaves"] = [
         dict(zip(_COUNTED, each, strict=True)) for each in zip(stations, *columns, strict=True)
     ]
     if reset:
@@ -359,24 +359,24 @@ async def _statistics(client: "Client", reset: bool, device: int, in_json: bool)
         await master.write_raw(_ERRORS, 0, b"")
         await master.write_raw(_TRIPS, 0, b"")
     if in_json:
-        print_json(told)
+        print_json(facts)
         return
-    print_table([(name.replace("_", " "), str(told[name])) for name in names], frozenset((1,)))
-    if told["interface"]:
+    print_table([(name.replace("_", " "), str(facts[name])) for name in names], frozenset((1,)))
+    if facts["interface"]:
         count, missing, *times = trips
         last, mean, most_of, largest = (f"{each / 1000:.0f}" for each in times)
-        where = ", ".join(filter(None, (told["interface"], told["second_interface"])))
-        print(f"{where}: {told['trouble'] or 'complete'}")
+        where = ", ".join(filter(None, (facts["interface"], facts["second_interface"])))
+        print(f"{where}: {facts['trouble'] or 'complete'}")
         print(
             f"round trips: {count}, {missing} cycles without; µs: last {last}, mean {mean},"
             f" 99 % {most_of}, most {largest}"
         )
-    if told["ring_open"]:
-        print(f"the ring is open {told['ring_open']}")
+    if facts["ring_open"]:
+        print(f"the ring is open {facts['ring_open']}")
     print_table(
         [
             tuple(name.replace("_", " ") for name in _COUNTED),
-            *(tuple(map(str, each.values())) for each in told["slaves"]),
+            *(tuple(map(str, each.values())) for each in facts["slaves"]),
         ],
         frozenset(range(len(_COUNTED))),
     )

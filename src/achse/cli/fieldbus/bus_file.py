@@ -46,17 +46,17 @@ async def _opened(slave: "Target", group: int, name: str, password: int) -> int:
     return int.from_bytes(answer, "little")
 
 
-async def _with_progress(slave: "Target", handle: int, asked: Awaitable[bytes]) -> bytes:
+async def _with_progress(slave: "Target", handle: int, request: Awaitable[bytes]) -> bytes:
     """The answer to a request that takes long."""
-    task = asyncio.ensure_future(asked)
+    task = asyncio.ensure_future(request)
     shows = sys.stderr.isatty() and not in_json()
     shown = ""
     while not (await asyncio.wait((task,), timeout=_LOOK_S))[0]:
         try:
-            told = await slave.read_raw(_PROGRESS, handle, 256)
+            progress = await slave.read_raw(_PROGRESS, handle, 256)
         except AdsError:  # it has just ended
             continue
-        line = progress_line(told)
+        line = progress_line(progress)
         if shows and line != shown:
             print(f"\r{line:60}", end="", file=sys.stderr, flush=True)
             shown = line
@@ -65,10 +65,10 @@ async def _with_progress(slave: "Target", handle: int, asked: Awaitable[bytes]) 
     return task.result()
 
 
-def progress_line(told: bytes) -> str:
+def progress_line(progress: bytes) -> str:
     """Progress of a file as the slave's port tells it (0xF406)."""
-    done, whole, busy, all_ = _TOLD.unpack_from(told)
-    words = told[_TOLD.size :].partition(b"\0")[0].decode("cp1252")
+    done, whole, busy, all_ = _TOLD.unpack_from(progress)
+    words = progress[_TOLD.size :].partition(b"\0")[0].decode("cp1252")
     line = f"{done} of {whole} bytes" if whole else f"{done} bytes"
     if words or all_:
         line += f", {words or 'busy'}" + (f" {100 * busy // all_} %" if all_ else "")

@@ -90,17 +90,17 @@ def register(bus: typer.Typer) -> None:
         from achse.devices.channels import CHANNELS
 
         if name is None:
-            found = json.loads(await client.read_raw(CHANNELS, 0, _LONGEST))
+            reply = json.loads(await client.read_raw(CHANNELS, 0, _LONGEST))
             if in_json:
-                print_json(found)
+                print_json(reply)
             else:
-                print_table(_rows(found), right=frozenset({0, 5}))
+                print_table(_rows(reply), right=frozenset({0, 5}))
             return
         request: dict[str, Any] = {"slave": slave, "channel": name}
         if value is not None:
             request["value"] = _number(value)
-        asked = json.dumps(request).encode()
-        answer = json.loads(await client.read_write_raw(CHANNELS, 0, _LONGEST, asked))
+        data = json.dumps(request).encode()
+        answer = json.loads(await client.read_write_raw(CHANNELS, 0, _LONGEST, data))
         if "error" in answer:
             fail(answer["error"])
         if in_json:
@@ -109,7 +109,7 @@ def register(bus: typer.Typer) -> None:
             print(f"{name} = {_text(answer['value'])}")
 
 
-def _rows(found: Sequence[dict[str, Any]]) -> list[tuple[str, ...]]:
+def _rows(slaves: Sequence[dict[str, Any]]) -> list[tuple[str, ...]]:
     head = ("slave", "type", "state", "channel", "direction", "value")
     return [
         head,
@@ -118,7 +118,7 @@ def _rows(found: Sequence[dict[str, Any]]) -> list[tuple[str, ...]]:
                 *(str(each["slave"]), each["type"], each["state"], each["channel"]),
                 *("output" if each["output"] else "input", _text(each["value"])),
             )
-            for each in found
+            for each in slaves
         ),
     ]
 

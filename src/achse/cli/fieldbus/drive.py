@@ -265,7 +265,7 @@ def _drives(
             print("achse drive: compiling for this machine, once", file=sys.stderr, flush=True)
         bank = drive_code.Bank(len(types))
     try:
-        kept = ParameterFile(store)
+        parameters = ParameterFile(store)
     except ParameterFileError as fault:
         fail(str(fault))
     machines = [MACHINES[kind] for kind in types]
@@ -280,7 +280,7 @@ def _drives(
         Drive(
             machine=each,
             identity=replace(IDENTITIES[identity], serial_number=number),
-            store=kept.of(number),
+            store=parameters.of(number),
             strict_mapping=strict and preset is Preset.MANUAL,
             compiled=bank,
             **_preset(preset),

@@ -130,27 +130,27 @@ def _progress() -> Callable[[int, int], None]:
     return show
 
 
-def _bits(found: "ScannedSlave") -> tuple[int, int]:
-    managers = found.configuration.sync_managers
+def _bits(slave: "ScannedSlave") -> tuple[int, int]:
+    managers = slave.configuration.sync_managers
     sizes = {
-        output: sum(found.configuration.bits(each) for each in managers if each.output == output)
+        output: sum(slave.configuration.bits(each) for each in managers if each.output == output)
         for output in (True, False)
     }
     return sizes[True], sizes[False]
 
 
-def _as_json(found: "ScannedSlave") -> dict[str, Any]:
-    outputs, inputs = _bits(found)
+def _as_json(slave: "ScannedSlave") -> dict[str, Any]:
+    outputs, inputs = _bits(slave)
     names = ("vendor", "product", "revision", "serial")
     return {
-        "station": found.station,
-        "name": found.configuration.name,
-        **dict(zip(names, found.facts.identity, strict=True)),
+        "station": slave.station,
+        "name": slave.configuration.name,
+        **dict(zip(names, slave.facts.identity, strict=True)),
         "output_bits": outputs,
         "input_bits": inputs,
-        "clock": found.facts.has_clock,
-        "coe": found.configuration.coe,
-        "trouble": found.trouble,
+        "clock": slave.facts.has_clock,
+        "coe": slave.configuration.coe,
+        "trouble": slave.trouble,
     }
 
 

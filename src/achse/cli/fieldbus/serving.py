@@ -174,7 +174,7 @@ def _serve_slaves(
     guard: StarvationGuard | None = None
     try:
         segment.cycle_ns = round(frame_clock * 1e6)
-        told = fill(segment)
+        details = fill(segment)
         service, at = _service(control, segment, faults)
         turns = [service.turn] if service else []
         if real_time and answer_promptly():
@@ -187,7 +187,7 @@ def _serve_slaves(
 
         ready = True
         link_name, _, link_at = where.partition("=")
-        facts = {link_name: link_at, **told, "control": at}
+        facts = {link_name: link_at, **details, "control": at}
         tell_event("ready", what=what, **facts)
         end = math.inf if duration is None else time.monotonic() + duration
         serve_segment(

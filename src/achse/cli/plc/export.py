@@ -34,21 +34,21 @@ def export(
 
     faults: list[Diagnostic] = []
     try:
-        found, tasks = read_sources(sources, (), faults)
-        faults += (fault for parsed in found for fault in parsed.faults)
+        units, tasks = read_sources(sources, (), faults)
+        faults += (fault for parsed in units for fault in parsed.faults)
         if faults:
             raise SourceError(faults)
     except SourceError as error:
         fail(str(error))
     if to.suffix.lower() != ".xml":
         fail(f"expected a name like plc.xml, got {to}")
-    changed = max((os.path.getmtime(parsed.source.file) for parsed in found), default=0.0)
+    changed = max((os.path.getmtime(parsed.source.file) for parsed in units), default=0.0)
     created = datetime.fromtimestamp(changed, UTC).strftime("%Y-%m-%dT%H:%M:%S")
-    document = plcopen_document(found, tasks, sources.stem, created)
+    document = plcopen_document(units, tasks, sources.stem, created)
     write_file(to, document.text.encode(), is_plcopen, "PLCopen XML")
     if in_json:
         print_json({"file": str(to), "left_out": document.left_out})
         return
     for name in document.left_out:
         print(f"left out: the body of {name}, which is not text")
-    print(f"{to}: {len(found)} sources, {len(tasks)} tasks")
+    print(f"{to}: {len(units)} sources, {len(tasks)} tasks")

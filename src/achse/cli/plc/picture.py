@@ -54,9 +54,9 @@ async def draw(
         if live and client is not None:
             if not of and not is_program:
                 fail(f"{unit} is a block: name an instance by --of, as MAIN.fbX")
-            asked: dict[str, object] = {}
-            picture(body, lambda text: asked.setdefault(text, None))
-            values = await _values(client, plc, of or unit.partition(".")[0], list(asked))
+            pending: dict[str, object] = {}
+            picture(body, lambda text: pending.setdefault(text, None))
+            values = await _values(client, plc, of or unit.partition(".")[0], list(pending))
             value = values.get
         lines = picture(body, value)
     except Unexpected as fault:
@@ -90,13 +90,13 @@ async def _values(
     from achse.dap.link import DebugLink, DebugRefused
 
     link = DebugLink(client, plc)
-    found: dict[str, object | None] = {}
+    values: dict[str, object | None] = {}
     for text in texts:
         for expression in (f"{owner}.{text}", text):
             try:
                 answer = await link.ask("evaluate", expression=expression, call=0)
             except DebugRefused:
                 continue
-            found[text] = {"TRUE": True, "FALSE": False}.get(answer["value"], answer["value"])
+            values[text] = {"TRUE": True, "FALSE": False}.get(answer["value"], answer["value"])
             break
-    return found
+    return values

@@ -90,11 +90,11 @@ async def breakpoints(
         return
     if clear is not None:
         await _ask(link, "clear", number=clear)
-    found = await _ask(link, "breaks")
+    answer = await _ask(link, "breaks")
     if in_json:
-        print_json(found)
+        print_json(answer)
         return
-    for each in found:
+    for each in answer:
         print(_breakpoint(each))
 
 
@@ -102,12 +102,12 @@ async def _set_breakpoint(
     link: "DebugLink", place: str, condition: str, hits: int, in_json: bool
 ) -> None:
     path, line = _place(place)
-    found = await _ask(link, "break", path=path, line=line, condition=condition, hits=hits)
+    answer = await _ask(link, "break", path=path, line=line, condition=condition, hits=hits)
     if in_json:
-        print_json(found)
+        print_json(answer)
     else:
-        print(_breakpoint(found))
-    if not found["found"]:
+        print(_breakpoint(answer))
+    if not answer["found"]:
         raise typer.Exit(1)
 
 
@@ -196,13 +196,15 @@ async def show(
     if not expressions and not variables:
         await _where(link, in_json)
         return
-    found = [await _ask(link, "evaluate", expression=text, call=call) for text in expressions or ()]
+    answers = [
+        await _ask(link, "evaluate", expression=text, call=call) for text in expressions or ()
+    ]
     for scope in ("locals", "instance", "unit") if variables else ():
-        found += await _ask(link, "variables", scope=scope, call=call)
+        answers += await _ask(link, "variables", scope=scope, call=call)
     if in_json:
-        print_json(found)
-    elif found:
-        print_table([(each["name"], each["type"], each["value"]) for each in found])
+        print_json(answers)
+    elif answers:
+        print_table([(each["name"], each["type"], each["value"]) for each in answers])
 
 
 async def _where(link: "DebugLink", in_json: bool) -> None:
@@ -227,11 +229,11 @@ async def set_value(
     in_json: Json = False,
 ) -> None:
     """Give a variable a value, that of a call at a breakpoint too."""
-    found = await _ask(_link(client, plc), "set", target=target, value=value, call=call)
+    answer = await _ask(_link(client, plc), "set", target=target, value=value, call=call)
     if in_json:
-        print_json(found)
+        print_json(answer)
     else:
-        print(f"{target} = {found['value']}")
+        print(f"{target} = {answer['value']}")
 
 
 def _tell(state: dict[str, Any], in_json: bool) -> None:
@@ -272,10 +274,10 @@ async def reload(
     from achse.codes.station import ONLINE_CHANGE
 
     answer = await client.read_write_raw(ONLINE_CHANGE, plc, _LONGEST_ANSWER, b"")
-    told = json.loads(answer)
-    if "error" in told:
-        fail(told["error"])
-    chosen = {port: count for port, count in told.items() if plc in (0, int(port))}
+    outcome = json.loads(answer)
+    if "error" in outcome:
+        fail(outcome["error"])
+    chosen = {port: count for port, count in outcome.items() if plc in (0, int(port))}
     if not chosen:
         fail("no PLC to reload: the station has none, or is between STOP and RUN")
     if in_json:

@@ -81,9 +81,9 @@ async def symbols(
         await _write_stubs(client, pattern, to, in_json)
     else:
         _check_ending(to, ".py")
-        found = await _of_target(client, to.stem)
-        _write_symbols(to, found)
-        variables, types = len(found.variables), len(found.types)
+        symbol_file = await _of_target(client, to.stem)
+        _write_symbols(to, symbol_file)
+        variables, types = len(symbol_file.variables), len(symbol_file.types)
         if in_json:
             print_json({"file": str(to), "variables": variables, "types": types})
         else:
@@ -155,34 +155,35 @@ def _symbols_of_file(
     """List the symbols of sources or of a symbol file, or write a station.toml or a symbol file."""
     if to is not None:
         _check_ending(to, ".toml")
-    found = _of_origin(origin)
+    symbol_file = _of_origin(origin)
     if to is None:
         rows = [
-            (each.name, each.type_name) for each in selected(_listed(found), pattern, type_pattern)
+            (each.name, each.type_name)
+            for each in selected(_listed(symbol_file), pattern, type_pattern)
         ]
         if in_json:
             print_json([{"name": name, "type": type} for name, type in rows])
         elif rows:
             print_table(rows)
         return
-    number = port or found.port
+    number = port or symbol_file.port
     if to.suffix.lower() == ".toml":
         if to.exists():
             fail(f"{to} exists already: add this to it\n{_plc_table(origin, to, number)}")
         write_file(to, _plc_table(origin, to, number).encode())
     else:
-        _write_symbols(to, found)
+        _write_symbols(to, symbol_file)
     facts = {
-        "name": found.name,
+        "name": symbol_file.name,
         "port": number,
-        "tasks": [task.name for task in found.tasks],
-        "variables": len(found.variables),
-        "types": len(found.types),
+        "tasks": [task.name for task in symbol_file.tasks],
+        "variables": len(symbol_file.variables),
+        "types": len(symbol_file.types),
     }
     if in_json:
         print_json(facts)
         return
-    shown = {**facts, "tasks": ", ".join(task.name for task in found.tasks)}
+    shown = {**facts, "tasks": ", ".join(task.name for task in symbol_file.tasks)}
     print_table([(name, str(value)) for name, value in shown.items()])
 
 
@@ -193,9 +194,9 @@ class _Listed(NamedTuple):
     type_name: str
 
 
-def _listed(found: "SymbolFile") -> list[_Listed]:
+def _listed(symbol_file: "SymbolFile") -> list[_Listed]:
     """Return the variables of a file by name and type."""
-    return [_Listed(each.name, each.declared.type.name) for each in found.variables]
+    return [_Listed(each.name, each.declared.type.name) for each in symbol_file.variables]
 
 
 def report_differences(old: Path, new: Path, places: bool, port: int, in_json: bool) -> None:
@@ -302,14 +303,14 @@ def _check_ending(file: Path, *others: str) -> None:
         )
 
 
-def _write_symbols(file: Path, found: "SymbolFile") -> None:
+def _write_symbols(file: Path, symbol_file: "SymbolFile") -> None:
     """Write a symbol file as its ending says, over none but one of the same kind."""
     from achse.st.symbolfiles import write_symbol_file
 
     root = _ROOTS[file.suffix.lower()]
     write_file(
         file,
-        write_symbol_file(found, file.name),
+        write_symbol_file(symbol_file, file.name),
         lambda there: root in there[:_HEAD],
         f"a {file.suffix} file",
     )

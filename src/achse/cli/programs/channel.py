@@ -170,10 +170,10 @@ async def _list(client: "Client", in_json: bool) -> None:
     """Print all channels: type, groups, axes."""
     from achse.motion.groups.states import ChannelType
 
-    found: list[dict[str, Any]] = []
+    channels: list[dict[str, Any]] = []
     for id in await _ids(client):
         axes = await client.read_raw(_STATES + id, 0x100, _LONGEST_LIST)
-        found.append(
+        channels.append(
             {
                 "channel": id,
                 "name": await _text(client, _PARAMETERS + id, 0x02, 31),
@@ -183,14 +183,14 @@ async def _list(client: "Client", in_json: bool) -> None:
             }
         )
     if in_json:
-        print_json(found)
+        print_json(channels)
         return
     rows = [
         (
             *(str(each["channel"]), str(each["name"]), str(each["type"]), str(each["group"])),
             " ".join(map(str, each["axes"])) or "-",
         )
-        for each in found
+        for each in channels
     ]
     print_table([("channel", "name", "type", "group", "axes"), *rows], right=frozenset((0, 3)))
 
@@ -215,8 +215,8 @@ async def assign(
     else:
         ids = []
         for word in axes:
-            found = [] if word == "-" else await chosen(client, [word])
-            ids.append(found[0].axis_id if found else 0)
+            chosen_axes = [] if word == "-" else await chosen(client, [word])
+            ids.append(chosen_axes[0].axis_id if chosen_axes else 0)
         if len(ids) > 8:
             fail(f"{len(ids)} axes, expected 8 at most: X, Y, Z, Q1 to Q5")
         data = struct.pack("<8I", *ids, *(0,) * (8 - len(ids)))
@@ -326,15 +326,15 @@ async def _show_offsets(client: "Client", id: int, in_json: bool) -> None:
     """Print the zero shifts of a channel."""
     from achse.gcode.state.offsets import ZeroShift
 
-    found = {}
+    offsets = {}
     for shift in ZeroShift:
         places = (0x1_0000 + 0x100 * axis + shift for axis in (1, 2, 3))
         values = [await client.read_raw(_PARAMETERS + id, place, 8) for place in places]
-        found[shift.name] = [struct.unpack("<d", value)[0] for value in values]
+        offsets[shift.name] = [struct.unpack("<d", value)[0] for value in values]
     if in_json:
-        print_json({"channel": id, "offsets": found})
+        print_json({"channel": id, "offsets": offsets})
         return
-    rows = [(name, *(decimal(value) for value in values)) for name, values in found.items()]
+    rows = [(name, *(decimal(value) for value in values)) for name, values in offsets.items()]
     print_table([("shift", "X", "Y", "Z"), *rows], right=frozenset((1, 2, 3)))
 
 
@@ -342,7 +342,7 @@ async def _show_tools(client: "Client", id: int, in_json: bool) -> None:
     """Print the tools D1 … D50 that have values."""
     from achse.gcode.state.tool_table import ToolParameter
 
-    found = []
+    tools = []
     for place in range(1, 51):
         read = client.read_raw
         tool = int.from_bytes(await read(_PARAMETERS + id, 0x2_0000 + 0x100 * place, 2), "little")
@@ -354,12 +354,12 @@ async def _show_tools(client: "Client", id: int, in_json: bool) -> None:
                     "<d", await read(_PARAMETERS + id, at, 8)
                 )[0]
         if any(value for name, value in values.items() if name != "place"):
-            found.append(values)
+            tools.append(values)
     if in_json:
-        print_json({"channel": id, "tools": found})
+        print_json({"channel": id, "tools": tools})
         return
     columns = ("number", "type", "length", "radius", "wear_length", "wear_radius")
     rows = [
-        (f"D{each['place']}", *(decimal(float(each[name])) for name in columns)) for each in found
+        (f"D{each['place']}", *(decimal(float(each[name])) for name in columns)) for each in tools
     ]
     print_table([("place", *columns), *rows], right=frozenset(range(1, 7)))

@@ -95,9 +95,9 @@ def monitor(
     wanted = _Filter(client, frozenset(device or ()), name, errors, slower, samples)
     if ask and via is None:
         raise typer.BadParameter("a station of ours is asked anyway", param_hint="--ask")
-    asked = [_device(text) for text in ask or ()]
+    devices = [_device(text) for text in ask or ()]
     run_until_ended(
-        _monitor(host, tcp_port, via, asked, write, wanted, count, duration, in_json),
+        _monitor(host, tcp_port, via, devices, write, wanted, count, duration, in_json),
         host,
         tcp_port,
     )
@@ -164,7 +164,7 @@ async def _monitor(
     host: str,
     tcp_port: int,
     via: str | None,
-    asked: "Sequence[AmsAddress]",
+    devices: "Sequence[AmsAddress]",
     write: Path | None,
     wanted: _Filter,
     count: int | None,
@@ -202,7 +202,7 @@ async def _monitor(
             for exchange in decoder.see(capture):
                 shown(exchange)
 
-        async with _watching(host, tcp_port, via, see, decoder, asked):
+        async with _watching(host, tcp_port, via, see, decoder, devices):
             with contextlib.suppress(TimeoutError):
                 async with asyncio.timeout(duration):
                     while not done.is_set():
@@ -244,7 +244,7 @@ async def _watching(
     via: str | None,
     see: Callable[["Captured"], None],
     decoder: "Decoder | None" = None,
-    asked: "Sequence[AmsAddress]" = (),
+    devices: "Sequence[AmsAddress]" = (),
 ) -> AsyncIterator[None]:
     """Call `see` with all that passes: the station's own tap, or a relay in front of `via`.
 
@@ -256,7 +256,7 @@ async def _watching(
     else:
         where = _endpoint(via)
         if decoder is not None:
-            await _ask(where, asked, decoder)
+            await _ask(where, devices, decoder)
         async with _relay(host, tcp_port, where, see):
             yield
 

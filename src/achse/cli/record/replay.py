@@ -94,12 +94,12 @@ def diff(
     from achse.station import Station
 
     recordings = _recording(first, 2), _recording(second, 2)
-    found = list(differences(*recordings, rows_of(Station.demo().devices)))
+    lines = list(differences(*recordings, rows_of(Station.demo().devices)))
     if as_json:
-        print_json(found)
-    elif found:
-        print("\n".join(found))
-    if found:
+        print_json(lines)
+    elif lines:
+        print("\n".join(lines))
+    if lines:
         raise typer.Exit(1)
 
 

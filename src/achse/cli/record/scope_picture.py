@@ -36,12 +36,12 @@ def _thinned(track: "ScopeTrack") -> tuple[list[float], list[float]]:
     times, values = track.times, [float(value) for value in track.values]
     pairs = [pair for pair in zip(times, values, strict=True) if math.isfinite(pair[1])]
     stride = max(len(pairs) // (POINTS // 2), 1)
-    kept: list[tuple[float, float]] = []
+    points: list[tuple[float, float]] = []
     for first in range(0, len(pairs), stride):
         part = pairs[first : first + stride]
         low, high = min(part, key=lambda pair: pair[1]), max(part, key=lambda pair: pair[1])
-        kept += sorted({low, high})
-    return [time for time, _ in kept], [value for _, value in kept]
+        points += sorted({low, high})
+    return [time for time, _ in points], [value for _, value in points]
 
 
 class ScopePicture:
@@ -107,8 +107,8 @@ class ScopePicture:
             channel = self._groups[number]["channels"][place]
             times, values = [time for time, _ in curve], [value for _, value in curve]
             lines += plot(times, [Panel(channel["name"], values)], height=5)
-        told = f"{self._time:.1f} s, {self._samples} samples"
-        parts: list[Any] = [Text("\n".join(lines), no_wrap=True), Text(told)]
+        title = f"{self._time:.1f} s, {self._samples} samples"
+        parts: list[Any] = [Text("\n".join(lines), no_wrap=True), Text(title)]
         if self._seconds:
             parts.append(ProgressBar(self._seconds, min(self._time, self._seconds), width=60))
         return Group(*parts)

@@ -204,23 +204,23 @@ def _log_of(folder: Path, pid: int) -> Path:
 
 def detached_stations() -> list[DetachedStation]:
     """Return the running stations, by process id; remove records of others, and old logs."""
-    found = []
+    stations = []
     folder = runtime_folder()
     for file in folder.glob(f"{_TAKEN}*.json"):
         try:
             with file.open("r+", encoding="utf-8") as record:
                 if not lock_file(record):
-                    found.append(DetachedStation(**json.load(record)))
+                    stations.append(DetachedStation(**json.load(record)))
                     continue
             file.unlink(missing_ok=True)
         except (OSError, ValueError, TypeError):  # it ends in this moment, or is not a record
             continue
-    running = {_log_of(folder, station.pid) for station in found}
+    running = {_log_of(folder, station.pid) for station in stations}
     for log in folder.glob(f"{_TAKEN}*.log"):
         with contextlib.suppress(OSError):
             if log not in running and time.time() - log.stat().st_mtime > _KEEP_LOGS_S:
                 log.unlink()
-    return sorted(found)
+    return sorted(stations)
 
 
 def start(arguments: Sequence[str], seconds: float) -> None:
@@ -381,8 +381,10 @@ def stop(
     end = time.monotonic() + timeout
     while left := [each for each in detached_stations() if each in stations]:
         if time.monotonic() > end:
-            told = "; ".join(map(str, left))
-            fail(f"still there after {timeout:g} s: {told}; its log: {left[0].log}", name="TIMEOUT")
+            names = "; ".join(map(str, left))
+            fail(
+                f"still there after {timeout:g} s: {names}; its log: {left[0].log}", name="TIMEOUT"
+            )
         time.sleep(_LOOK_S)
     if as_json:
         print_json([station._asdict() for station in stations])
@@ -396,14 +398,14 @@ def stop(
 def _only(which: str | None) -> DetachedStation:
     """The detached station of that name, or the only one."""
     stations = detached_stations()
-    found = [each for each in stations if which is None or each.is_called(which)]
-    if len(found) == 1:
-        return found[0]
+    matches = [each for each in stations if which is None or each.is_called(which)]
+    if len(matches) == 1:
+        return matches[0]
     listed = "; ".join(map(str, stations)) or "none"
     folder = runtime_folder()
     said = f"no detached station {which!r}; there are: {listed} (records in {folder})"
-    if found:
-        said = f"which one? say its process id, or --all: {'; '.join(map(str, found))}"
+    if matches:
+        said = f"which one? say its process id, or --all: {'; '.join(map(str, matches))}"
     elif which is None:
         said = f"no detached station runs: no records in {folder} (`achse run --detach` starts one)"
     return fail(said, name="NOT_FOUND")

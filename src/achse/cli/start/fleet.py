@@ -189,15 +189,15 @@ def logs(
         if not files:
             fail(f"fleet {which} has no logs", name="NOT_FOUND")
     else:
-        found = the_fleet(which).order("logs", stations=station or [])
-        files = [Path(name) for name in found]
+        answer = the_fleet(which).order("logs", stations=station or [])
+        files = [Path(name) for name in answer]
     for log in files:
         with contextlib.suppress(OSError):
-            told = log.read_text(encoding="utf-8", errors="replace").splitlines()[-lines:]
+            message = log.read_text(encoding="utf-8", errors="replace").splitlines()[-lines:]
             if as_json:
-                print_json({"file": str(log), "lines": told})
-            elif told:
-                print(f"{log}:", *told, sep="\n")
+                print_json({"file": str(log), "lines": message})
+            elif message:
+                print(f"{log}:", *message, sep="\n")
 
 
 @fleet.command()
@@ -213,8 +213,8 @@ def down(
         end = time.monotonic() + timeout
         while not gone():
             if time.monotonic() > end:
-                told = f"fleet {record.name} is still there after {timeout:g} s, process"
-                fail(f"{told} {record.pid}", name="TIMEOUT")
+                message = f"fleet {record.name} is still there after {timeout:g} s, process"
+                fail(f"{message} {record.pid}", name="TIMEOUT")
             time.sleep(_LOOK_S)
     if as_json:
         print_json({"fleet": record.name, "ended": True})
@@ -266,14 +266,14 @@ async def _serve(
     loop = asyncio.get_running_loop()
     stop = asyncio.Event()
 
-    def show(told: dict[str, Any]) -> None:
+    def show(facts: dict[str, Any]) -> None:
         if supervised:
             with contextlib.suppress(OSError):  # the supervisor is gone: stdin says so
-                sys.stdout.write(json.dumps(told) + "\n")
+                sys.stdout.write(json.dumps(facts) + "\n")
                 sys.stdout.flush()
-        elif told["event"] == "ready":
-            one = plan.station(told["station"])
-            tell_event("ready", name=one.name, net_id=str(one.net_id), tcp=told["address"])
+        elif facts["event"] == "ready":
+            one = plan.station(facts["station"])
+            tell_event("ready", name=one.name, net_id=str(one.net_id), tcp=facts["address"])
 
     def end(_: int) -> None:
         with contextlib.suppress(RuntimeError):  # the loop is closed
@@ -389,7 +389,7 @@ async def _look_after(plan: "FleetPlan", broker: str | None) -> int:
     folder.mkdir(mode=0o700, exist_ok=True)
     supervisor = FleetSupervisor(plan, command, folder)
     key = secrets.token_hex(16)
-    port = OrderPort(key, lambda order, told: _carry(supervisor, order, told))
+    port = OrderPort(key, lambda order, details: _carry(supervisor, order, details))
     await port.open()
     loop = asyncio.get_running_loop()
 
@@ -411,22 +411,22 @@ async def _look_after(plan: "FleetPlan", broker: str | None) -> int:
         await port.close()
 
 
-async def _carry(supervisor: "FleetSupervisor", order: str, told: Mapping[str, Any]) -> Any:
+async def _carry(supervisor: "FleetSupervisor", order: str, details: Mapping[str, Any]) -> Any:
     """Carry out the order of another command."""
     from achse.fleet.orders import OrderError
 
     stations = supervisor.plan.stations
     numbers = []
-    for word in told.get("stations") or ():
+    for word in details.get("stations") or ():
         keys = (str(word).casefold(),)
-        found = [
+        result = [
             each.number
             for each in stations
             if {each.name.casefold(), str(each.number), str(each.net_id)} & set(keys)
         ]
-        if not found:
+        if not result:
             raise OrderError(f"fleet {supervisor.plan.name} has no station {word!s:.80}")
-        numbers += found
+        numbers += result
     if order == "status":
         return supervisor.rows()
     if order == "restart":

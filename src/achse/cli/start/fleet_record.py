@@ -105,29 +105,29 @@ def until_gone(record: FleetRecord) -> Iterator[Callable[[], bool]]:
 
 def fleets() -> list[FleetRecord]:
     """Return the running fleets, by name; remove records of others."""
-    found = []
+    records = []
     for file in sorted(runtime_folder().glob(f"{_TAKEN}*.json")):
         try:
             with file.open("r+", encoding="utf-8") as record:
                 if not lock_file(record):
-                    found.append(FleetRecord(**json.load(record)))
+                    records.append(FleetRecord(**json.load(record)))
                     continue
             file.unlink(missing_ok=True)
         except (OSError, ValueError, TypeError):  # it ends in this moment, or is not a record
             continue
-    return found
+    return records
 
 
 def the_fleet(which: str | None) -> FleetRecord:
     """The fleet of that name or fleet.toml, or the only one; what is not there ends the command."""
     running = fleets()
-    found = [
+    matches = [
         each
         for each in running
         if which is None or which == each.name or str(Path(which).resolve()) == each.file
     ]
-    if len(found) == 1:
-        return found[0]
+    if len(matches) == 1:
+        return matches[0]
     names = ", ".join(each.name for each in running) or "none"
     if not running:
         return fail("no fleet runs (`achse fleet up fleet.toml` starts one)", name="NOT_FOUND")

@@ -86,8 +86,8 @@ def fmu(
             }
         )
         return
-    told = ", ".join(f"{count} {kind}{'s' * (count != 1)}" for kind, count in counts.items())
-    print(f"{target}: FMI {fmi}.0, {told}")
+    summary = ", ".join(f"{count} {kind}{'s' * (count != 1)}" for kind, count in counts.items())
+    print(f"{target}: FMI {fmi}.0, {summary}")
     if left_out:
         more = ", …" if len(left_out) > _SHOWN else ""
         print(f"left out, FMI 2.0 has no 64 bits: {', '.join(left_out[:_SHOWN])}{more}")

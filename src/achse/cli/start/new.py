@@ -221,8 +221,8 @@ def _station(name: str, plc: PlcKind, axes: list[str]) -> Iterator[str]:
         yield from _table("[[plc]]", plc_keys.PlcConfig, {"port": 851, "sources": "plc"})
     elif plc is PlcKind.PYTHON:
         yield from _table("[[plc]]", plc_keys.PlcConfig, {"port": 851, "globals": ["plc.py:GVL"]})
-        given = {"name": "PlcTask", "cycle": "10ms", "programs": ["plc.py:MAIN"]}
-        yield from _table("[[plc.task]]", plc_keys.TaskConfig, given)
+        task = {"name": "PlcTask", "cycle": "10ms", "programs": ["plc.py:MAIN"]}
+        yield from _table("[[plc.task]]", plc_keys.TaskConfig, task)
     if plc is not PlcKind.NONE:
         yield _SIGNALS
     yield "\n# How much clients may take:\n"
@@ -244,16 +244,16 @@ def _axis(number: int, name: str, *, first: bool) -> Iterator[str]:
 
 
 def _table(
-    head: str, model: "type[BaseModel]", given: dict[str, Any] | None = None
+    head: str, model: "type[BaseModel]", values: dict[str, Any] | None = None
 ) -> Iterator[str]:
     """A table with the keys `given`, and all others of the model in comments."""
     yield f"\n{head}\n"
-    for key, value in (given or {}).items():
+    for key, value in (values or {}).items():
         yield f"{key} = {json.dumps(value)}\n"
-    yield from commented(model, set(given or {}))
+    yield from commented(model, set(values or {}))
 
 
-def commented(model: "type[BaseModel]", given: Set[str] = frozenset()) -> Iterator[str]:
+def commented(model: "type[BaseModel]", values: Set[str] = frozenset()) -> Iterator[str]:
     """The other keys of a table in comments, each with its meaning and its default.
 
     A key without a default has an example behind it.
@@ -263,7 +263,7 @@ def commented(model: "type[BaseModel]", given: Set[str] = frozenset()) -> Iterat
     shown = station_schema()["$defs"][model.__name__]["properties"]
     texts = descriptions_of(model)
     for key, facts in shown.items():
-        if key in given or (facts.get("type") == "array" and "$ref" in facts.get("items", {})):
+        if key in values or (facts.get("type") == "array" and "$ref" in facts.get("items", {})):
             continue
         default = facts.get("default", _EXAMPLES.get(key))
         if isinstance(default, dict) or default is None:

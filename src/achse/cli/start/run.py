@@ -179,14 +179,14 @@ def _speed(text: str) -> float:
 
 def _interfaces(words: Sequence[str] | None, option: str) -> dict[str, str]:
     """The interfaces of an option by the name of the bus, "" without one."""
-    found: dict[str, str] = {}
+    interfaces: dict[str, str] = {}
     for word in words or ():
         bus, _, interface = word.rpartition("=")
-        if not interface or bus in found:
+        if not interface or bus in interfaces:
             hint = "each bus once" if interface else "IF or BUS=IF"
             raise typer.BadParameter(f"{hint}, got {word!r}", param_hint=option)
-        found[bus] = interface
-    return found
+        interfaces[bus] = interface
+    return interfaces
 
 
 def load_station(
@@ -240,8 +240,8 @@ async def _serve(
         config = station.config.router
         where = _endpoint(host or config.host, config.tcp_port if tcp_port is None else tcp_port)
         there = [each for each in detached.detached_stations() if each.address == where]
-        told = "".join(f"; {each} is there, `achse stop` ends it" for each in there)
-        return f"cannot listen on {where}: {why} (another address: --host, --tcp-port){told}"
+        hint = "".join(f"; {each} is there, `achse stop` ends it" for each in there)
+        return f"cannot listen on {where}: {why} (another address: --host, --tcp-port){hint}"
 
     return await serve(until, cannot_listen, ends)
 

@@ -71,19 +71,19 @@ def check_project(
             fail(str(nothing))
         _print_report(report, path, [], nothing.faults, [], [], "")
         raise typer.Exit(1) from None
-    found = _checked(project, error, check_all, options)
+    findings = _checked(project, error, check_all, options)
     if report is ReportFormat.JSON:
-        _print_json(found)
+        _print_json(findings)
     elif report is ReportFormat.TEXT:
-        _print_text(found, warnings, check_all)
+        _print_text(findings, warnings, check_all)
     else:
         sources = [parsed.source.path for parsed in project.sources]
-        unreached = found.findings.unreached if warnings else []
-        softer = [*found.findings.warnings, *found.noted] if warnings else []
-        problem = "" if found.runs or found.findings.errors else found.verdict
-        errors = [*found.findings.errors, *found.failing]
+        unreached = findings.findings.unreached if warnings else []
+        softer = [*findings.findings.warnings, *findings.noted] if warnings else []
+        problem = "" if findings.runs or findings.findings.errors else findings.verdict
+        errors = [*findings.findings.errors, *findings.failing]
         _print_report(report, path, sources, errors, unreached, softer, problem)
-    if not found.runs or found.failing:
+    if not findings.runs or findings.failing:
         raise typer.Exit(1)
 
 
@@ -106,15 +106,15 @@ def _checked(
         reach=project.reach,
         unreached=project.unreached,
     )
-    found = findings_of(project, error, typed, check_all=check_all)
-    runs, verdict = _verdict(project, typed, found.errors)
+    findings = findings_of(project, error, typed, check_all=check_all)
+    runs, verdict = _verdict(project, typed, findings.errors)
     hint = error.hint if error is not None else ""
     linted: Sequence[Diagnostic] = ()
     if options.codes:
         from achse.st.lint.linting import lint  # off by default
 
         linted = lint(project.sources, project.declarations, typed, options)
-    return _Checked(project, typed, found, linted, options, runs, verdict, hint)
+    return _Checked(project, typed, findings, linted, options, runs, verdict, hint)
 
 
 def _verdict(
@@ -128,53 +128,54 @@ def _verdict(
     return verdict.runs, str(verdict)
 
 
-def _print_json(found: _Checked) -> None:
+def _print_json(checked: _Checked) -> None:
     print_json(
         {
-            "sources": len(found.project.sources),
-            "units": len(found.typed.units),
-            "routines": len(found.typed.routines),
-            "errors": [_finding(fault) for fault in found.findings.errors],
-            "warnings": [_finding(warning) for warning in found.findings.warnings],
-            "unreached": [_finding(fault) for fault in found.findings.unreached],
+            "sources": len(checked.project.sources),
+            "units": len(checked.typed.units),
+            "routines": len(checked.typed.routines),
+            "errors": [_finding(fault) for fault in checked.findings.errors],
+            "warnings": [_finding(warning) for warning in checked.findings.warnings],
+            "unreached": [_finding(fault) for fault in checked.findings.unreached],
             "lint": [
-                {**_finding(each), "fails": found.options.fails(each.code)} for each in found.lint
+                {**_finding(each), "fails": checked.options.fails(each.code)}
+                for each in checked.lint
             ],
-            "would_run": found.runs,
-            "verdict": found.verdict,
-            "hint": found.hint,
+            "would_run": checked.runs,
+            "verdict": checked.verdict,
+            "hint": checked.hint,
         }
     )
 
 
-def _print_text(found: _Checked, warnings: bool, check_all: bool) -> None:
-    project, typed = found.project, found.typed
-    _print_findings(project, found.findings.errors, "error", check_all)
+def _print_text(checked: _Checked, warnings: bool, check_all: bool) -> None:
+    project, typed = checked.project, checked.typed
+    _print_findings(project, checked.findings.errors, "error", check_all)
     if warnings:
-        _print_findings(project, found.findings.unreached, "warning: not reached", check_all)
-        for warning in found.findings.warnings:
+        _print_findings(project, checked.findings.unreached, "warning: not reached", check_all)
+        for warning in checked.findings.warnings:
             print(shown(warning, "warning"))
-        for finding in found.noted:
+        for finding in checked.noted:
             print(shown(finding, "warning"))
-    for finding in found.failing:
+    for finding in checked.failing:
         print(shown(finding, "error"))
-    if found.hint and not project.missing:
-        print(found.hint)
+    if checked.hint and not project.missing:
+        print(checked.hint)
     for library in project.missing:
         print(library)
     if project.stubs:
         lines = sum(text.count("\n") for text in project.stubs.values())
         print(f"{lines} lines of stubs, which do nothing (--stubs FOLDER writes them)")
-    unreached = len(found.findings.unreached)
-    count = len(found.findings.warnings) + unreached
+    unreached = len(checked.findings.unreached)
+    count = len(checked.findings.warnings) + unreached
     apart = f", {unreached} of them in units that no task reaches" if unreached else ""
-    linted = f", {len(found.lint)} findings of the linter" if found.options.codes else ""
+    linted = f", {len(checked.lint)} findings of the linter" if checked.options.codes else ""
     print(
         f"{len(project.sources)} sources, {len(typed.units)} programs and lists,"
-        f" {len(typed.routines)} routines checked: {len(found.findings.errors)} errors,"
+        f" {len(typed.routines)} routines checked: {len(checked.findings.errors)} errors,"
         f" {count} warnings{apart}{linted}"
     )
-    print(found.verdict)
+    print(checked.verdict)
 
 
 def _print_report(

@@ -133,12 +133,12 @@ def junit_document(sources: Iterable[str], findings: Sequence[Finding], problem:
     for finding in findings:
         by_file.setdefault(finding.fault.location.path, []).append(finding)
     root = Tree.Element("testsuites", name="achse check")
-    for name, found in by_file.items():
-        failures = sum(finding.level is Level.ERROR for finding in found)
-        suite = _suite(root, name, max(1, len(found)), failures)
-        for finding in found:
+    for name, file_findings in by_file.items():
+        failures = sum(finding.level is Level.ERROR for finding in file_findings)
+        suite = _suite(root, name, max(1, len(file_findings)), failures)
+        for finding in file_findings:
             _case(suite, finding)
-        if not found:
+        if not file_findings:
             Tree.SubElement(suite, "testcase", classname=xml_text(name), name="check", time="0")
     if problem:
         case = Tree.SubElement(

@@ -28,13 +28,13 @@ def write_stubs(sources: Path, to: Path, libraries: list[Path], in_json: bool) -
             file.write_text(text)
         except OSError as failure:
             fail(f"{file}: {failure.strerror}")
-    found = {str(file): text.count("\n") for file, text in files.items()}
+    line_counts = {str(file): text.count("\n") for file, text in files.items()}
     if in_json:
-        print_json(found)
+        print_json(line_counts)
         return
-    for name, lines in found.items():
+    for name, lines in line_counts.items():
         print(f"{name}: {lines} lines")
-    print(f'libraries = ["{to.as_posix()}"]' if found else "nothing is missing")
+    print(f'libraries = ["{to.as_posix()}"]' if line_counts else "nothing is missing")
 
 
 def _make_folder(folder: Path) -> None:

@@ -61,8 +61,8 @@ def sweep(
     from achse.sweeps import sweep as run
 
     try:
-        given = [SweepParameter.parse(text) for text in param or ()]
-        if len({each.name for each in given}) < len(given):
+        parameters = [SweepParameter.parse(text) for text in param or ()]
+        if len({each.name for each in parameters}) < len(parameters):
             raise SweepError("each parameter once")
     except SweepError as fault:
         raise typer.BadParameter(str(fault), param_hint="--param") from None
@@ -71,9 +71,9 @@ def sweep(
     sys.warnoptions.append("ignore:resource_tracker:UserWarning")
     try:
         with _Progress(in_json) as tell:
-            found = run(
+            result = run(
                 scenario,
-                {each.name: each.values for each in given},
+                {each.name: each.values for each in parameters},
                 seeds=seeds,
                 function=function,
                 file=file,
@@ -87,20 +87,20 @@ def sweep(
     except OSError as failure:
         fail(f"{failure.filename or file}: {failure.strerror or failure}")
     if in_json:
-        print_json(_facts(found))
+        print_json(_facts(result))
     else:
-        _tell(found, [each.name for each in given])
+        _tell(result, [each.name for each in parameters])
 
 
-def _facts(found: "Sweep") -> dict[str, Any]:
+def _facts(result: "Sweep") -> dict[str, Any]:
     return {
-        "file": str(found.file),
-        "runs": len(found.rows),
-        "failed": len(found.failed),
-        "digest": found.digest,
-        "seconds": round(found.seconds, 3),
-        "workers": found.workers,
-        "efficiency": round(found.efficiency, 3),
+        "file": str(result.file),
+        "runs": len(result.rows),
+        "failed": len(result.failed),
+        "digest": result.digest,
+        "seconds": round(result.seconds, 3),
+        "workers": result.workers,
+        "efficiency": round(result.efficiency, 3),
     }
 
 
@@ -143,9 +143,9 @@ class _Progress:
             self._bar.update(self._task, completed=done, total=total)
 
 
-def _tell(found: "Sweep", names: list[str]) -> None:
+def _tell(result: "Sweep", names: list[str]) -> None:
     groups: dict[tuple[Any, ...], list[dict[str, Any]]] = defaultdict(list)
-    for row in found.rows:
+    for row in result.rows:
         if not row["error"]:
             groups[tuple(row[name] for name in names)].append(row)
     results = [
@@ -165,14 +165,14 @@ def _tell(found: "Sweep", names: list[str]) -> None:
     print_table(table)
     if len(groups) > _MOST_ROWS:
         print(f"… {len(groups) - _MOST_ROWS} further combinations are in the file")
-    for row in found.failed[:_MOST_TOLD]:
+    for row in result.failed[:_MOST_TOLD]:
         print(f"run {row['run']} failed: {row['error']}")
     print(
-        f"{len(found.rows)} runs, {len(found.failed)} failed, {found.seconds:.1f} s with"
-        f" {found.workers} workers, {100 * found.efficiency:.0f} % of their time in runs"
+        f"{len(result.rows)} runs, {len(result.failed)} failed, {result.seconds:.1f} s with"
+        f" {result.workers} workers, {100 * result.efficiency:.0f} % of their time in runs"
     )
-    print(f"digest {found.digest}")
-    print(found.file)
+    print(f"digest {result.digest}")
+    print(result.file)
 
 
 def _short(value: Any) -> str:

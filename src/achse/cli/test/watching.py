@@ -51,7 +51,7 @@ def watch_project(
 
 def _stamps(folder: Path) -> Stamps:
     """Return time of change and size of each file below a folder."""
-    found = {}
+    stamps = {}
     try:
         files = files_below(folder)
     except SourceError:
@@ -61,21 +61,21 @@ def _stamps(folder: Path) -> Stamps:
             state = os.stat(file)
         except OSError:  # gone meanwhile
             continue
-        found[file] = (state.st_mtime_ns, state.st_size)
-    return found
+        stamps[file] = (state.st_mtime_ns, state.st_size)
+    return stamps
 
 
 def _print_findings(workspace: Workspace, show: Callable[[Diagnostic, str], str]) -> None:
-    found = workspace.findings
-    for fault in found.errors:
+    findings = workspace.findings
+    for fault in findings.errors:
         print(show(fault, "error"))
-    for fault in found.unreached:
+    for fault in findings.unreached:
         print(show(fault, "warning: not reached"))
-    for warning in found.warnings:
+    for warning in findings.warnings:
         print(show(warning, "warning"))
-    count = len(found.warnings) + len(found.unreached)
+    count = len(findings.warnings) + len(findings.unreached)
     print(
-        f"{len(workspace.sources)} sources: {len(found.errors)} errors, {count} warnings;"
+        f"{len(workspace.sources)} sources: {len(findings.errors)} errors, {count} warnings;"
         " waiting for changes",
         flush=True,
     )
