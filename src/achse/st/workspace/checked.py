@@ -258,7 +258,8 @@ class CheckedProject:
         readable = {parsed.source for parsed in sources}
         entries = [one for one in names.scopes.entries.values() if one.source in readable]
         self._words.keep(sources, entries)
-        touched = self._words.touched(sources, entries, first, frozenset(names.units))
+        sound = frozenset(names.units)
+        touched = self._words.touched(sources, entries, first, sound)
         named = {
             parsed.source
             for parsed in sources
@@ -276,7 +277,7 @@ class CheckedProject:
         self._uses = {}
         for entry in [one for one in self._mentions if one.source in named]:
             del self._mentions[entry]
-        if any_list_fails(names, touched):
+        if any_list_fails(names, touched.units & sound):
             return False  # units that name other variables of it fail, too
         plan = settled(plan, names, touched, edited) or plan_of_all(checking, touched, self._words)
         checking.check_touched(touched.units, touched.words, plan.again, plan.kept)

@@ -3,7 +3,7 @@
 A routine of a unit that is declared again keeps its findings if its text has no changed name.
 """
 
-from collections.abc import Container, Mapping
+from collections.abc import Container, Iterable, Mapping
 from typing import NamedTuple
 
 from achse.st.check.signatures import Signature
@@ -83,11 +83,11 @@ def settled(
     return RoutinePlan(plan.again, kept)
 
 
-def any_list_fails(names: Resolver, touched: Touched) -> bool:
-    """Return True if a touched list of variables could not be declared."""
-    entries = (names.scopes.entries.get(key) for key in touched.units)
+def any_list_fails(names: Resolver, sound: Iterable[str]) -> bool:
+    """Return True if a list that was declared, of these units, could not be declared again."""
+    entries = (names.scopes.entries.get(key) for key in sound)
     lists = [one for one in entries if one is not None and isinstance(one.tree, GlobalList)]
-    return not all(is_sound(names, one) for one in lists if not one.is_library)
+    return not all(is_sound(names, one) for one in lists)
 
 
 def is_sound(names: Resolver, entry: DeclaredUnit) -> bool:
