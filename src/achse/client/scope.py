@@ -60,8 +60,8 @@ def defined(
     name: str = "client",
 ) -> ScopeDefinition:
     """A definition whose channels without port mean `port`. Raises ScopeError."""
-    given = [channels] if isinstance(channels, str | ScopeChannel) else list(channels)
-    each = [channel_of(one, f"channels[{number}]") for number, one in enumerate(given, 1)]
+    listed = [channels] if isinstance(channels, str | ScopeChannel) else list(channels)
+    each = [channel_of(one, f"channels[{number}]") for number, one in enumerate(listed, 1)]
     if port != SCOPE_PORT:
         each = [one if one.port else replace(one, port=port) for one in each]
     return definition_of(

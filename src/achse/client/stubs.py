@@ -71,15 +71,15 @@ def stubs(
 
 async def programs_of(target: Target, symbols: Iterable[str]) -> dict[str, IecType[Any]]:
     """The programs among the first parts of the names that have methods to call."""
-    found: dict[str, IecType[Any]] = {}
+    programs: dict[str, IecType[Any]] = {}
     for unit in dict.fromkeys(name.partition(".")[0] for name in symbols):
         try:
             type = await target.type_of(unit)
         except DeviceError:
             continue  # A variable list, or a device that tells nothing of its programs.
         if isinstance(type, StructType) and type.methods:
-            found[unit] = type
-    return found
+            programs[unit] = type
+    return programs
 
 
 class _Module:
@@ -290,8 +290,8 @@ class _Module:
             ]
             parameters = "".join(f", {own}: {hint}" for own, _, hint in inputs)
             star = ", *" if inputs else ""
-            given = ", ".join(f'"{_quoted(name)}": {own}' for own, name, _ in inputs)
-            call = f'await self.call("{_quoted(method.name)}", {returns}, **{{{given}}})'
+            arguments = ", ".join(f'"{_quoted(name)}": {own}' for own, name, _ in inputs)
+            call = f'await self.call("{_quoted(method.name)}", {returns}, **{{{arguments}}})'
             name = _free(_identifier(method.name), taken)
             yield f"    async def {name}(self{star}{parameters}) -> {answer}:"
             if answer == "None":
@@ -327,21 +327,21 @@ def _of_methods(programs: Iterable[IecType[Any]]) -> Iterator[IecType[Any]]:
 
 def _inner_first(types: Iterable[IecType[Any]]) -> list[EnumType[Any] | StructType[Any]]:
     """The enumerations and structures, each structure after what it is made of."""
-    found: dict[str, EnumType[Any] | StructType[Any]] = {}
+    ordered: dict[str, EnumType[Any] | StructType[Any]] = {}
 
     def add(type: IecType[Any]) -> None:
         real = resolved(type)
         if isinstance(real, ArrayType):
             add(real.element)
-        elif isinstance(real, EnumType | StructType) and real.name.lower() not in found:
+        elif isinstance(real, EnumType | StructType) and real.name.lower() not in ordered:
             if isinstance(real, StructType):
                 for member in real.fields:
                     add(member.type)
-            found[real.name.lower()] = real
+            ordered[real.name.lower()] = real
 
     for type in types:
         add(type)
-    return list(found.values())
+    return list(ordered.values())
 
 
 def _identifier(name: str) -> str:

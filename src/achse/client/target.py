@@ -274,8 +274,8 @@ class Target(RawTarget):
         | Callable[[VariableLocation], WriteRequest],
     ) -> list[tuple[VariableLocation | None, Outcome | AdsError]]:
         places = await self._soon(self._book.places(names))
-        found = [place for place in places if isinstance(place, VariableLocation)]
-        outcomes = iter(await self.send_each([part(place) for place in found]))
+        locations = [place for place in places if isinstance(place, VariableLocation)]
+        outcomes = iter(await self.send_each([part(place) for place in locations]))
         results: list[tuple[VariableLocation | None, Outcome | AdsError]] = []
         for name, place in zip(names, places, strict=True):
             if not isinstance(place, VariableLocation):

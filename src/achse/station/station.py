@@ -113,10 +113,11 @@ class Station:
         ground.share(self.service)
         self.service.attach(self.router, SERVICE_PORT)
         requests = StateRequests(self)
-        kept = (*permanent(ground, requests, lambda: self.devices), self.service)
+        permanent_devices = (*permanent(ground, requests, lambda: self.devices), self.service)
         persistent = PersistentData(self.config, self._base, disk, document_port=disk)
         self._states = StationStates(
-            *(self.cycle, ground, kept, persistent, requests), lambda: self.faults.renew()
+            *(self.cycle, ground, permanent_devices, persistent, requests),
+            lambda: self.faults.renew(),
         )
         self._operation = Operation(
             *(self.cycle, ground, self._states, self.statistics), lambda: self.faults.renew()
@@ -268,8 +269,10 @@ class Station:
     @property
     def warnings(self) -> list[str]:
         """Parts of PLC sources that need a running program; velocities that an axis refuses."""
-        found = [f"plc {port}: {text}" for port, plc in self.plcs.items() for text in plc.warnings]
-        return found if self.nc is None else [*found, *velocity_warnings(self.nc)]
+        warnings = [
+            f"plc {port}: {text}" for port, plc in self.plcs.items() for text in plc.warnings
+        ]
+        return warnings if self.nc is None else [*warnings, *velocity_warnings(self.nc)]
 
     def statistics(self) -> dict[str, Any]:
         """Figures about connections, subscriptions, handles, queues and the cycle."""

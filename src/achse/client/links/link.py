@@ -334,10 +334,10 @@ class TcpDialer:
         """Forget that the peer lacks the service: a router closes links without a port request."""
         _without_service.pop(self._peer_key, None)
 
-    async def _open_directly(self, asked: TcpLink, user: LinkUser) -> TcpLink:
+    async def _open_directly(self, link: TcpLink, user: LinkUser) -> TcpLink:
         """A new link to who granted no port, and some time for one that ended over the question."""
-        if asked.is_open:
-            asked.close()
+        if link.is_open:
+            link.close()
             return await self._connect(user)
         while len(_without_service) >= _MOST_WITHOUT:
             del _without_service[next(iter(_without_service))]
@@ -349,9 +349,9 @@ class TcpDialer:
                 return await self._connect(user)
             except ConnectionRefusedError:
                 if loop.time() + _AGAIN > deadline:
-                    told = f"{self.peer} ended when it was asked for a port (0x1000)"
+                    message = f"{self.peer} ended when it was asked for a port (0x1000)"
                     raise ConnectionLost(
-                        f'{told}; it is not asked again: mode "direct" never asks'
+                        f'{message}; it is not asked again: mode "direct" never asks'
                     ) from None
             await asyncio.sleep(_AGAIN)
 

@@ -143,9 +143,9 @@ class RemoteAxis(AxisCouplings):
                         if limit <= 0:
                             raise
         except AxisTimeout as late:
-            told = f"not ready for operation after {within:g} s"
+            message = f"not ready for operation after {within:g} s"
             why = await self._missing_condition()
-            raise AxisTimeout(0, str(self), f"{told}: {why}" if why else told) from late
+            raise AxisTimeout(0, str(self), f"{message}: {why}" if why else message) from late
 
     async def _missing_condition(self) -> str:
         """Return the reason why the drive is not ready, from an achse station; else empty."""

@@ -71,12 +71,12 @@ class RemoteNc:
         ids = await self.ids()
         names = named((PARAMETERS,), "axis_name")
         size = names.layout.size
-        asked = [ReadRequest(*names.place(id), size) for id in ids]
-        found: list[tuple[int, str]] = []
-        for id, outcome in zip(ids, await self.target.send_each(asked), strict=True):
+        requests = [ReadRequest(*names.place(id), size) for id in ids]
+        answers: list[tuple[int, str]] = []
+        for id, outcome in zip(ids, await self.target.send_each(requests), strict=True):
             if outcome.result == 0:  # an axis may go between both questions
-                found.append((id, names.layout.decode(outcome.data.ljust(size, b"\0")[:size])))
-        return found
+                answers.append((id, names.layout.decode(outcome.data.ljust(size, b"\0")[:size])))
+        return answers
 
     async def _find(self, wanted: str) -> tuple[int, str]:
         every = await self._names()

@@ -167,8 +167,8 @@ class AxisValues:
             ReadRequest(*each.service.place(axis_id, self._element), each.service.layout.size)
             for each in every
         ]
-        found: dict[str, Any] = {}
+        values: dict[str, Any] = {}
         for each, outcome in zip(every, await nc.send_each(wanted), strict=True):
             if outcome.result == 0:
-                found[each.name] = each.decoded(outcome.data)
-        return found
+                values[each.name] = each.decoded(outcome.data)
+        return values

@@ -156,11 +156,11 @@ class NcService:
 def services() -> Mapping[int, Mapping[str, NcService]]:
     """All services: by index group of axis 0, and by name."""
     ids = named_rows(RING0_STATES)[AXIS_IDS]
-    found = {RING0_STATES: {AXIS_IDS: _service(RING0_STATES, ids)}}
+    table = {RING0_STATES: {AXIS_IDS: _service(RING0_STATES, ids)}}
     for group in (PARAMETERS, STATES, FUNCTIONS, CYCLIC):
         rows = sorted(rows_of(group), key=attrgetter("offset"))
-        found[group] = {row.name: _service(group, row) for row in rows}
-    return MappingProxyType(found)
+        table[group] = {row.name: _service(group, row) for row in rows}
+    return MappingProxyType(table)
 
 
 def _service(group: int, row: NcRow) -> NcService:

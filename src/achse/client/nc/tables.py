@@ -163,10 +163,10 @@ class RemoteTable:
             data += await self.nc.read_raw(
                 self._group(_PARAMETERS), _POINTS + first, _POINT.size * count * facts.columns
             )
-        found = list(_POINT.iter_unpack(data))[:: facts.columns]
+        points = list(_POINT.iter_unpack(data))[:: facts.columns]
         return [
             FunctionPoint(master, slave, law, velocity, acceleration, jerk, kind)
-            for _, law, kind, _, _, master, slave, velocity, acceleration, jerk in found
+            for _, law, kind, _, _, master, slave, velocity, acceleration, jerk in points
         ]
 
     async def write_points(self, points: Sequence[FunctionPoint], first: int = 0) -> None:

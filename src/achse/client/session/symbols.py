@@ -96,9 +96,9 @@ class SymbolBook:
         Raises `DeviceError` 0x710 if the device does not know it.
         """
         key = fold(name)
-        found = self._places.get(key)
-        if found is not None:
-            return found
+        location = self._places.get(key)
+        if location is not None:
+            return location
         wish = self._wishes.get(key)
         if wish is None:
             wish = _Wish(name, self._wire_name(name), asyncio.get_running_loop().create_future())
@@ -110,9 +110,9 @@ class SymbolBook:
 
     async def places(self, names: Sequence[str]) -> list[VariableLocation | AdsError]:
         """The place of each, named as asked, or why there is none."""
-        found = await asyncio.gather(*map(self.place, names), return_exceptions=True)
+        locations = await asyncio.gather(*map(self.place, names), return_exceptions=True)
         places: list[VariableLocation | AdsError] = []
-        for name, item in zip(names, found, strict=True):
+        for name, item in zip(names, locations, strict=True):
             if isinstance(item, VariableLocation):
                 places.append(item if item.name == name else item._replace(name=name))
             elif isinstance(item, AdsError):
@@ -252,21 +252,21 @@ class SymbolBook:
 
     async def _fetch(self, wishes: Sequence[_Wish]) -> None:
         edition = self._edition
-        found: list[tuple[_Wish, SymbolEntry]] = []
+        entries: list[tuple[_Wish, SymbolEntry]] = []
         missing: list[tuple[_Wish, AdsError]] = []
         for wish, entry in zip(wishes, await self._fetch_entries(wishes), strict=True):
             if isinstance(entry, AdsError):
                 missing.append((wish, entry))
             else:
-                found.append((wish, entry))
-        await self._fetch_types(entry.type_name for _, entry in found)
+                entries.append((wish, entry))
+        await self._fetch_types(entry.type_name for _, entry in entries)
         handles = await self._device.send_each(
             [
                 ReadWriteRequest(ReservedGroup.SYMBOL_HANDLE_BY_NAME, 0, 4, wish.wire_name)
-                for wish, _ in found
+                for wish, _ in entries
             ]
         )
-        for (wish, entry), handle in zip(found, handles, strict=True):
+        for (wish, entry), handle in zip(entries, handles, strict=True):
             try:
                 place = self._placed(wish, entry, handle)
             except AdsError as error:
@@ -373,16 +373,16 @@ class SymbolBook:
                 key, rest = split_symbol(wish.name, listed)
                 roots[wish.name] = listed[key], rest
         await self._fetch_types(root.type_name for root, rest in roots.values() if rest)
-        found: list[SymbolEntry | AdsError] = []
+        entries: list[SymbolEntry | AdsError] = []
         for wish in wishes:
             try:
                 root, rest = roots[wish.name]
-                found.append(self._part(wish.name, root, rest) if rest else root)
+                entries.append(self._part(wish.name, root, rest) if rest else root)
             except LookupError:
-                found.append(DeviceError(ReturnCode.SYMBOL_NOT_FOUND, f"symbol {wish.name}"))
+                entries.append(DeviceError(ReturnCode.SYMBOL_NOT_FOUND, f"symbol {wish.name}"))
             except DecodeError as error:
-                found.append(error)
-        return found
+                entries.append(error)
+        return entries
 
     def _part(self, name: str, root: SymbolEntry, path: str) -> SymbolEntry:
         """The entry of a part of a symbol. LookupError if there is none at a fixed place."""

@@ -110,7 +110,7 @@ def permanent(
         programs=config.system.programs,
         name=config.name,
     )
-    kept: list[tuple[Device, int]] = [
+    placed: list[tuple[Device, int]] = [
         (system, SYSTEM_PORT),
         (RouterDevice(router, devices, clock=clock), ROUTER_PORT),
         (LicenceDevice(config.name, clock=clock), LICENCE_PORT),
@@ -118,9 +118,9 @@ def permanent(
         (EventLoggerDevice(clock=clock), EVENT_LOGGER_PORT),
         (RealtimeDevice(ground.pace, clock=clock), REALTIME_PORT),
     ]
-    for device, port in kept:
+    for device, port in placed:
         ground.attach(device, port)
-    return [device for device, _ in kept]
+    return [device for device, _ in placed]
 
 
 def _check_root(root: Path, config: StationConfig, base: Path) -> None:
@@ -138,13 +138,13 @@ def _check_root(root: Path, config: StationConfig, base: Path) -> None:
 
 
 @collection_paused()
-def assemble(ground: Ground, kept: Sequence[Device] = ()) -> Parts:
+def assemble(ground: Ground, permanent_devices: Sequence[Device] = ()) -> Parts:
     """Make everything else that the configuration names, and register it at the router.
 
     `kept` are the permanent devices, whose notifications the cycle sends too. Raises ConfigError;
     then nothing is registered.
     """
-    building = Building(ground, kept)
+    building = Building(ground, permanent_devices)
     try:
         for make in PARTS:
             make(building)

@@ -115,7 +115,7 @@ class Parts(NamedTuple):
 class Building:
     """A station to be; `kept` are devices that stay through restarts."""
 
-    def __init__(self, ground: Ground, kept: Sequence[Device] = ()) -> None:
+    def __init__(self, ground: Ground, permanent_devices: Sequence[Device] = ()) -> None:
         self.ground = ground
         self.nc: Nc | None = None
         self.buses: list[AxisBus] = []
@@ -128,7 +128,7 @@ class Building:
         self.exchanges: list[NcExchange] = []
         """Exchanges before and after each cycle of the NC: buses, then plants."""
         self.plants: Mapping[str, Plant] = MappingProxyType({})
-        self._permanent_devices = tuple(kept)
+        self._permanent_devices = tuple(permanent_devices)
         self._devices: list[Device] = []
         self._attached: list[Sequence[Device]] = []
         self._finished: tuple[list[Device], NotificationPhase] | None = None
@@ -200,10 +200,10 @@ class Building:
         ground = self.ground
         tick_ns = tick_ns or self.tick_ns
         if tick_ns < _SHORTEST_TICK_NS:
-            told = ", ".join(f"{name} {cycle_ns} ns" for name, cycle_ns in self._cycles.items())
+            cycles = ", ".join(f"{name} {cycle_ns} ns" for name, cycle_ns in self._cycles.items())
             raise ConfigError(
                 f"cycles: expected multiples of a tick of {_SHORTEST_TICK_NS} ns or more,"
-                f" got {told}"
+                f" got {cycles}"
             )
         devices = list(self.devices)
         nc = None

@@ -243,15 +243,15 @@ class _Exchange:
         device = self._building.plc_devices[self._port]
         assert device.symbols is not None
         try:
-            found = device.symbols.source.resolve(name)
+            symbol = device.symbols.source.resolve(name)
         except DeviceError as refusal:
             raise ConfigError(f"{key}: {name}: {refusal.context or refusal}") from None
-        if not isinstance(found, PlcSymbol) or found.call is not None:
+        if not isinstance(symbol, PlcSymbol) or symbol.call is not None:
             near = did_you_mean(name, (placed.name for placed in device.plc.variables))
             raise ConfigError(f"{key}: expected a variable of the PLC, got {name!r}{near}")
-        if writable and found.read_only:
+        if writable and symbol.read_only:
             raise ConfigError(f"{key}: {name} is a constant")
-        return key, found
+        return key, symbol
 
     def _image(self, key: str, name: str, size: int, writable: bool = False) -> PlcSymbol:
         key, symbol = self._found(key, name, writable)
@@ -288,13 +288,13 @@ def _number(key: str, symbol: PlcSymbol, reals: bool = False) -> Take:
     return lambda: float(decode(read())) if reals else int(decode(read()))
 
 
-def _whole(key: str, given: IecType[Any]) -> Callable[[int], bytes]:
+def _whole(key: str, declared: IecType[Any]) -> Callable[[int], bytes]:
     """Return the function that makes a variable's value of a word: the low bits. Raises
     ConfigError."""
-    type = resolved(given)
+    type = resolved(declared)
     if isinstance(type, BoolType):
         return lambda value: b"\1" if value else b"\0"
     if not isinstance(type, IntegerType):
-        raise ConfigError(f"{key}: expected a whole number or a BOOL, it is a {given.name}")
+        raise ConfigError(f"{key}: expected a whole number or a BOOL, it is a {declared.name}")
     encode, low, span = type.encode, type.low, type.high - type.low + 1
     return lambda value: encode((value - low) % span + low)

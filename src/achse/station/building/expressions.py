@@ -143,16 +143,16 @@ class _Parser:
         """Go on to the next token; gives the one that was there."""
         before = self._word
         self._begin = self._at + len(self._text[self._at :]) - len(self._text[self._at :].lstrip())
-        found = _TOKEN.match(self._text, self._at)
-        if found is None:
+        match = _TOKEN.match(self._text, self._at)
+        if match is None:
             if self._text[self._at :].strip():
                 self._kind, self._word = _Token.UNKNOWN, self._text[self._begin]
             else:
                 self._kind, self._word = _Token.END, ""
             return before
-        self._kind = _Token(found.lastgroup or "")
-        self._word = found[self._kind]
-        self._at = found.end()
+        self._kind = _Token(match.lastgroup or "")
+        self._word = match[self._kind]
+        self._at = match.end()
         if self._kind is _Token.NAME and self._word.lower() in _WORDS:
             self._kind, self._word = _Token.SIGN, self._word.lower()
         return before

@@ -11,7 +11,7 @@ def make_modbus(building: Building) -> None:
     config = ground.config.modbus
     if config is None:
         return
-    systems = [kept for kept in building.devices if isinstance(kept, SystemDevice)]
+    systems = [each for each in building.devices if isinstance(each, SystemDevice)]
     device = ModbusDevice(
         config.find,
         clock=ground.clock,

@@ -164,34 +164,34 @@ def _rotary(values: Mapping[str, float]) -> dict[str, float]:
 
 def drives_of(config: StationConfig) -> dict[int, DriveConfig]:
     """The drive of each axis that has one, by axis id. Raises ConfigError."""
-    found: dict[int, DriveConfig] = {}
+    drives: dict[int, DriveConfig] = {}
     buses = [bus.name for bus in config.bus]
     for number, drive in enumerate(config.drive, 1):
         key = f"drive[{number}]"
         axis = _axis_id(config, drive.axis, key)
-        if axis in found:
+        if axis in drives:
             raise ConfigError(f"{key}.axis: axis {axis} has a drive already")
         if not buses:
             raise ConfigError(f"{key}: expected a table [[bus]] for the drives")
         if drive.bus not in buses and (drive.bus is not None or len(buses) > 1):
             raise ConfigError(f"{key}.bus: expected one of {', '.join(buses)}, got {drive.bus!r}")
-        found[axis] = drive
-    return found
+        drives[axis] = drive
+    return drives
 
 
 def plant_axes_of(config: StationConfig) -> dict[int, FmuAxisConfig]:
     """The table [[fmu.axis]] of each axis that has one, by axis id. Raises ConfigError."""
-    found: dict[int, FmuAxisConfig] = {}
+    axes: dict[int, FmuAxisConfig] = {}
     drives = drives_of(config)
     for number, unit in enumerate(config.fmu, 1):
         for place, each in enumerate(unit.axis, 1):
             key = f"fmu[{number}].axis[{place}]"
             axis = _axis_id(config, each.axis, key)
-            if axis in found or axis in drives:
+            if axis in axes or axis in drives:
                 other = "a drive" if axis in drives else "a unit"
                 raise ConfigError(f"{key}.axis: axis {axis} has {other} already")
-            found[axis] = each
-    return found
+            axes[axis] = each
+    return axes
 
 
 def _axis_id(config: StationConfig, name: int | str, key: str) -> int:
@@ -245,7 +245,7 @@ def _axis(
     values = _numbers(axis.parameters, f"axis[{number}]")
     if drive is not None:
         values = _on_a_bus(drive) | values
-    elements = [_numbers(found, f"axis[{number}].element") for found in axis.element]
+    elements = [_numbers(element, f"axis[{number}].element") for element in axis.element]
     flags = values.get("unit_interpretation", 0)
     if axis.modulo and float(flags).is_integer():
         values = _rotary(values) | {"unit_interpretation": int(flags) | _MODULO_AXIS}

@@ -153,13 +153,13 @@ class _Part:
             names.append((f"axis[{number}].command", axis.command))
             if axis.enable is not None:
                 names.append((f"axis[{number}].enable", axis.enable))
-        found: list[PlantVariable] = []
+        variables: list[PlantVariable] = []
         for key, name in names:
             each = self._checked(key, lambda name: about.number(name, "input", "parameter"), name)
-            if each in found:
+            if each in variables:
                 raise ConfigError(f"{self.key}.{key}: {name} gets its value from another link")
-            found.append(each)
-        return found
+            variables.append(each)
+        return variables
 
     def _outputs(self, about: UnitDescription) -> list[PlantVariable]:
         names = [(f"outputs.{target}", name) for target, name in self.config.outputs.items()]
@@ -167,16 +167,16 @@ class _Part:
             names.append((f"axis[{number}].position", axis.position))
             if axis.velocity is not None:
                 names.append((f"axis[{number}].velocity", axis.velocity))
-        found = {name: self._checked(key, about.number, name) for key, name in names}
+        variables = {name: self._checked(key, about.number, name) for key, name in names}
         for number, other in enumerate(self._building.ground.config.fmu, 1):
             for target, source in other.inputs.items():
                 unit, _, name = source.removeprefix(_OTHER_UNIT).partition(":")
                 if source.startswith(_OTHER_UNIT) and unit == self.config.name:
                     try:
-                        found.setdefault(name, about.number(name))
+                        variables.setdefault(name, about.number(name))
                     except PlantError as fault:
                         raise ConfigError(f"fmu[{number}].inputs.{target}: {fault}") from None
-        return list(found.values())
+        return list(variables.values())
 
     def _times(self) -> tuple[int, int]:
         """Period of the exchange, and the steps in it. Raises ConfigError."""
@@ -255,10 +255,10 @@ class _Part:
 
     def _of_nc(self, name: str, key: str) -> Callable[[], float]:
         nc = next((each for each in self._building.devices if isinstance(each, NcDevice)), None)
-        found = None if nc is None or nc.symbols is None else nc.symbols.source.resolve(name)
-        if not isinstance(found, ValueSymbol) or not is_numeric(resolved(found.type)):
+        symbol = None if nc is None or nc.symbols is None else nc.symbols.source.resolve(name)
+        if not isinstance(symbol, ValueSymbol) or not is_numeric(resolved(symbol.type)):
             raise ConfigError(f"{key}: expected a number of the NC, got {name!r}")
-        decode, read = resolved(found.type).decode, found.read
+        decode, read = resolved(symbol.type).decode, symbol.read
         return lambda: float(decode(read()))
 
     def _target(self, target: str, key: str, value: Callable[[], float]) -> Callable[[], None]:
@@ -282,7 +282,7 @@ class _Part:
             id(each): axis_id
             for axis_id, each in plant_axes_of(self._building.ground.config).items()
         }
-        found = []
+        axes = []
         for number, config in enumerate(self.config.axis, 1):
             axis_id = ids[id(config)]
             fastest = nc.axis(axis_id).drive.reference_velocity / config.increment
@@ -307,5 +307,5 @@ class _Part:
             except PlantError as fault:
                 raise ConfigError(f"{self.key}.axis[{number}]: {fault}") from None
             self.plant.checks.append(made.check)
-            found.append(made)
-        return found
+            axes.append(made)
+        return axes

@@ -18,22 +18,22 @@ def find_variable(device: PlcDevice, name: str, key: str) -> PlcSymbol:
     symbols = device.symbols
     assert symbols is not None
     try:
-        found = symbols.source.resolve(name)
+        symbol = symbols.source.resolve(name)
     except DeviceError as refusal:
         raise ConfigError(f"{key}: {name}: {refusal.context or refusal}") from None
-    if not isinstance(found, PlcSymbol) or found.call is not None:
+    if not isinstance(symbol, PlcSymbol) or symbol.call is not None:
         known = (placed.name for placed in device.plc.variables)
         near = did_you_mean(name, known)
         raise ConfigError(f"{key}: expected a variable of the PLC, got {name!r}{near}")
-    return found
+    return symbol
 
 
 def written_variable(device: PlcDevice, name: str, key: str) -> PlcSymbol:
     """Return the variable of that name; a constant is refused. Raises ConfigError."""
-    found = find_variable(device, name, key)
-    if found.read_only:
+    symbol = find_variable(device, name, key)
+    if symbol.read_only:
         raise ConfigError(f"{key}: {name} is a constant")
-    return found
+    return symbol
 
 
 def is_numeric(type: IecType[Any]) -> bool:

@@ -36,9 +36,9 @@ def make_plcs(building: Building) -> None:
     if building.nc is not None and building.plcs:
         known: dict[tuple[Path, ...], NcMappings] = {}  # read once for all PLCs
         mappings = {
-            port: found
+            port: nc_mappings
             for port, source in building.sources.items()
-            if (found := source.nc_mappings(known)) is not None
+            if (nc_mappings := source.nc_mappings(known)) is not None
         }
         axes = {port: each.axes for port, each in mappings.items()}
         links.append(link_axes(building.nc, building.plcs, ground.config.axis, axes))

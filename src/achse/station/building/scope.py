@@ -62,7 +62,7 @@ def make_scope(building: Building) -> None:
     device = ScopeDevice(
         scopes, clock=ground.clock, epoch_at=ground.clock.epoch_at, folder=_folder(building)
     )
-    systems = [kept for kept in building.devices if isinstance(kept, SystemDevice)]
+    systems = [each for each in building.devices if isinstance(each, SystemDevice)]
     if systems:
         device.worker = lambda: systems[0].files.worker
     building.add_phase(ScopePhase(scopes))

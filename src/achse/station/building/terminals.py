@@ -103,8 +103,8 @@ def make_terminals(building: Building) -> None:
         if not names:
             raise ConfigError(f"{key}: expected a table [[bus]] for the terminals")
         if terminal.bus not in names and (terminal.bus is not None or len(names) > 1):
-            told = ", ".join(names)
-            raise ConfigError(f"{key}.bus: expected one of {told}, got {terminal.bus!r}")
+            listed = ", ".join(names)
+            raise ConfigError(f"{key}.bus: expected one of {listed}, got {terminal.bus!r}")
         if terminal.name in taken:
             raise ConfigError(f"{key}.name: {taken[terminal.name]} has the name {terminal.name!r}")
         taken[terminal.name] = key
@@ -133,15 +133,15 @@ def _join(
     building: Building,
     name: str,
     bus: EthercatBus | InterfaceBus,
-    found: Sequence[tuple[str, TerminalConfig]],
+    terminals: Sequence[tuple[str, TerminalConfig]],
     shared: bool,
 ) -> None:
-    plcs = [_plc(building, key, terminal) for key, terminal in found]
-    for (key, terminal), slave, plc in zip(found, bus.terminal_slaves, plcs, strict=True):
+    plcs = [_plc(building, key, terminal) for key, terminal in terminals]
+    for (key, terminal), slave, plc in zip(terminals, bus.terminal_slaves, plcs, strict=True):
         if plc is not None:
             _check(key, "input_address", terminal.input_address, plc, Area.INPUT, slave.inputs)
             _check(key, "output_address", terminal.output_address, plc, Area.OUTPUT, slave.outputs)
-    joined = TerminalBus(bus, [each for _, each in found], plcs, exchanges=not shared)
+    joined = TerminalBus(bus, [each for _, each in terminals], plcs, exchanges=not shared)
     # the NC exchanges the frames of a shared bus; its inputs are there behind it
     for place, what, run in (
         (PhasePlace.NC if shared else PhasePlace.INPUTS, "inputs", joined.take),
@@ -150,7 +150,7 @@ def _join(
         phase = CyclicPhase(place, f"{what} of {name}", bus.cycle_ns, run)
         building.add_phase(phase, bus.cycle_ns)
     if isinstance(bus, EthercatBus):
-        devices = zip(found, bus.terminals, strict=True)
+        devices = zip(terminals, bus.terminals, strict=True)
         building.terminals.update({each.name: device for (_, each), device in devices})
 
 

@@ -192,12 +192,12 @@ def _column(table: _Table, wanted: str | int | None, key: str, default: int) -> 
     width = len(table.rows[0])
     if not 1 <= number <= width:
         raise CsvError(f"{key}: expected a column 1..{width}, got {number}")
-    found = []
+    numbers = []
     for line, row in enumerate(table.rows, table.first):
         cell = row[number - 1].strip() if number <= len(row) else ""
         if not _is_number(cell) or not math.isfinite(float(cell)):
             raise CsvError(
                 f"file: line {line}, column {number}: expected a number, got {cell!r:.40}"
             )
-        found.append(float(cell))
-    return found
+        numbers.append(float(cell))
+    return numbers

@@ -257,14 +257,14 @@ class InterfaceBus:
     def _take_over(self, job: BusJob[list[ScannedSlave]]) -> None:
         """Go on with what the search found."""
         try:
-            found = job.result()
+            result = job.result()
         except BusError as trouble:
             self._fail(f"{self._where}: {trouble}")
             return
         self._in_vain = False
-        configuration, faults = self.plan.found(found)
+        configuration, faults = self.plan.found(result)
         self.searches += 1
-        identities = [each.facts.identity for each in found]
+        identities = [each.facts.identity for each in result]
         places = match(configuration.slaves, identities)
         self._misfits = Counter(
             each for each, place in zip(identities, places, strict=True) if place is None

@@ -97,8 +97,8 @@ class KernelCycles:
         inputs, outputs = servos.inputs, servos.outputs
         for slave, (part, _) in zip(bus.slaves, self._parts, strict=True):
             inputs[part] = slave.inputs
-        told = self._run(count)
-        unfinished, done = told < 0, abs(told)
+        outcome = self._run(count)
+        unfinished, done = outcome < 0, abs(outcome)
         whole = done - unfinished
         elapsed = whole * bus.cycle_ns
         bus.now_ns += elapsed
@@ -116,8 +116,8 @@ class KernelCycles:
             bus.segment.advance(bus.now_ns)
             for terminal, own in self._terminals:
                 managers, outgoing = own.esc.sync_managers, bytes(terminal.outputs)
-                given = exchange_buffers(own.buffers, managers, outgoing)
-                bus.master.cyclic.exchanged(terminal.position)[:] = given
+                arguments = exchange_buffers(own.buffers, managers, outgoing)
+                bus.master.cyclic.exchanged(terminal.position)[:] = arguments
         self.cycles += whole
         return done
 

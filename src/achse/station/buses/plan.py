@@ -126,8 +126,8 @@ class BusPlan:
                 own = self._configured(slot, there.configuration)
                 fault = there.trouble or _misfit(slot, own)
                 if fault:
-                    told = there.configuration.type_name or there.configuration.name
-                    faults.append(f"place {place + 1} ({told}) cannot be {slot.name}: {fault}")
+                    name = there.configuration.type_name or there.configuration.name
+                    faults.append(f"place {place + 1} ({name}) cannot be {slot.name}: {fault}")
                 else:
                     configuration = own
             made.append(_at(place, configuration))
@@ -204,8 +204,8 @@ def _misfit(slot: BusSlot, slave: SlaveConfiguration) -> str:
     if isinstance(slot.device, TerminalConfig):
         virtual = make_terminal(slot.device, slot.folder)
         wanted = [virtual.input_size, virtual.output_size]
-        told = "expected {} bytes of inputs and {} of outputs".format(*wanted)
-        return "" if sizes == wanted else told + ", it has {} and {}".format(*sizes)
+        message = "expected {} bytes of inputs and {} of outputs".format(*wanted)
+        return "" if sizes == wanted else message + ", it has {} and {}".format(*sizes)
     if not slave.coe and not slot.device.own_mapping:
         return "it has no CoE"
     needed = (
@@ -259,10 +259,10 @@ def _interpolation(cycle_ns: int) -> list[InitCommand]:
     for exponent in _EXPONENTS:
         value, rest = divmod(cycle_ns, 10 ** (9 + exponent))
         if not rest and value <= 255:
-            told = "interpolation time"
+            comment = "interpolation time"
             return [
-                _command(INTERPOLATION_TIME.index, 1, value, 1, told),
-                _command(INTERPOLATION_TIME.index, 2, exponent, 1, told),
+                _command(INTERPOLATION_TIME.index, 1, value, 1, comment),
+                _command(INTERPOLATION_TIME.index, 2, exponent, 1, comment),
             ]
     return []
 

@@ -90,7 +90,7 @@ def mapping_of(objects: Sequence[int], *, output: bool) -> list[int]:
 def digest_of(drive: Drive) -> bytes:
     """The state of a drive, equal for both kernels."""
     record = drive.record
-    values = [list(found) if length else found for found, length in _values(record)]
+    values = [list(content) if length else content for content, length in _values(record)]
     return repr(values).encode() + bytes((drive.state,))
 
 

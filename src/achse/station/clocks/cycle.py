@@ -124,11 +124,11 @@ class Cycle:
     def replace(self, old: Iterable[Phase], new: Iterable[Phase]) -> None:
         """Take out the phases `old`, take in `new`; a step of a place that is to come counts."""
         gone, added = list(old), list(new)
-        kept = [phase for phase in self.phases if not any(phase is each for each in gone)]
+        remaining = [phase for phase in self.phases if not any(phase is each for each in gone)]
         earliest = self.now_ns + (self._done_ns == self.now_ns)
         for phase in added:
             phase.begin(earliest)
-        phases = self.phases = tuple(sorted((*kept, *added), key=attrgetter("place")))
+        phases = self.phases = tuple(sorted((*remaining, *added), key=attrgetter("place")))
         follower = next((phase for phase in phases if phase.catches_up), None)
         self._follower = follower
         leader = self._leader = next((phase for phase in phases if phase.runs_ahead), None)

@@ -178,10 +178,10 @@ class NotificationPhase(Phase):
         """Take the samples of several moments by machine code, with the cycles of the NC."""
         if self._nc is None or self._pace() is not None:
             return 0
-        found = self._ahead.next_samples(latest_ns)
-        if found is None:
+        samples = self._ahead.next_samples(latest_ns)
+        if samples is None:
             return 0
-        source, due_ns, cycle_ns = found
+        source, due_ns, cycle_ns = samples
         if not now_ns < due_ns <= latest_ns:
             return 0
         cycles = self._nc.cycles_ahead(due_ns, cycle_ns)

@@ -172,8 +172,8 @@ class DriveConfig(ConfigTable):
         ):
             for index in objects:
                 if index not in known:
-                    told = ", ".join(f"0x{each:04X}" for each in known)
-                    raise ValueError(f"{way}: expected some of {told}; got 0x{index:04X}")
+                    listed = ", ".join(f"0x{each:04X}" for each in known)
+                    raise ValueError(f"{way}: expected some of {listed}; got 0x{index:04X}")
             if len(set(objects)) < len(objects):
                 raise ValueError(f"{way}: expected each object once")
         if self.own_mapping and (self.outputs or self.inputs):

@@ -57,8 +57,8 @@ class CamConfig(ConfigTable):
     def values(self) -> dict[str, int]:
         """The cam's parameters."""
         known = {each.name for each in CAM_PARAMETERS} - {"type"}
-        found = {name: int(getattr(self, name)) for name in known & set(type(self).model_fields)}
-        return found | {
+        values = {name: int(getattr(self, name)) for name in known & set(type(self).model_fields)}
+        return values | {
             "type": int(CamType[self.type.upper()]),
             "hysteresis_on": int(self.hysteresis > 0),
         }
@@ -127,11 +127,11 @@ class CamshaftConfig(ConfigTable):
             raise ValueError("units_per_turn goes with axis")
         if self.axis is not None and self.encoder_range:
             raise ValueError("encoder_range goes with encoder: an axis does not begin again at 0")
-        for key, words, given in (
+        for key, words, value in (
             ("input", [word.name.lower() for word in CamInput], self.input),
             ("output", [word.name.lower() for word in CamOutput], self.output),
         ):
-            for name in given:
+            for name in value:
                 if name not in words:
                     near = did_you_mean(name, words)
                     raise ValueError(f"{key}: the process image has no word {name!r}{near}")
@@ -156,11 +156,11 @@ class CamshaftConfig(ConfigTable):
 
     def numbered(self) -> list[tuple[int, CamConfig]]:
         """The cams with their numbers."""
-        found: list[tuple[int, CamConfig]] = []
+        cams: list[tuple[int, CamConfig]] = []
         for cam in self.cam:
-            last = found[-1][0] if found else 0
-            found.append((last + 1 if cam.number is None else cam.number, cam))
-        return found
+            last = cams[-1][0] if cams else 0
+            cams.append((last + 1 if cam.number is None else cam.number, cam))
+        return cams
 
     def parameters(self) -> dict[str, int]:
         """Parameters of controller and encoder by name."""

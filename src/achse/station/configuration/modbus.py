@@ -38,15 +38,15 @@ class ModbusConfig(ConfigTable):
         contacted."""
         there = self.peers.get(f"{address}:{port}", self.peers.get(address))
         if there is not None:
-            host, found = _place("peers", there)
-            return host, found or port
+            host, peer_port = _place("peers", there)
+            return host, peer_port or port
         return (address, port) if IPv4Address(address).is_loopback else None
 
 
 def _place(key: str, text: str) -> tuple[str, int]:
     """Host and port, 0 without one; raises ValueError."""
-    found = _PLACE.fullmatch(text)
-    port = int(found["port"] or 0) if found else 0
-    if found is None or (found["port"] and not 1 <= port <= 65535):
+    match = _PLACE.fullmatch(text)
+    port = int(match["port"] or 0) if match else 0
+    if match is None or (match["port"] and not 1 <= port <= 65535):
         raise ValueError(f"{key}: expected host or host:port, got {text!r:.60}")
-    return found["host"], port
+    return match["host"], port

@@ -62,12 +62,12 @@ class MqttConfig(BrokerConfig):
         except OSError as failure:
             raise ConfigError(f"mqtt.file: {path}: {failure.strerror}") from None
         try:
-            found = parse_mqtt_file(text, path.parent)
+            settings = parse_mqtt_file(text, path.parent)
         except MqttError as fault:
             raise ConfigError(f"mqtt.file: {path}: {fault}") from None
-        if not found:
+        if not settings:
             raise ConfigError(f"mqtt.file: {path}: no element Mqtt in RemoteConnections")
-        return found
+        return settings
 
 
 def parse_mqtt_file(data: bytes, base: Path) -> list[MqttSettings]:

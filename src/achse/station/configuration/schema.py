@@ -56,13 +56,13 @@ def _station_schema() -> dict[str, Any]:
 
 def descriptions_of(model: type[BaseModel]) -> dict[str, str]:
     """Return the text under each key of a model; nothing where there are no sources."""
-    found: dict[str, str] = {}
+    descriptions: dict[str, str] = {}
     models = [each for each in reversed(model.__mro__) if issubclass(each, BaseModel)]
     described_by = model.described_by if issubclass(model, ConfigTable) else ()
     for each in (*described_by, *models):
         if each is not BaseModel:
-            found |= _texts_of(each.__module__).get(each.__qualname__, {})
-    return {key: text for key, text in found.items() if key in model.model_fields}
+            descriptions |= _texts_of(each.__module__).get(each.__qualname__, {})
+    return {key: text for key, text in descriptions.items() if key in model.model_fields}
 
 
 @functools.cache
@@ -88,15 +88,15 @@ def _texts_of(module: str) -> dict[str, dict[str, str]]:
 
 def _models(model: type[BaseModel]) -> list[type[BaseModel]]:
     """A model, and those that its keys name."""
-    found = [model]
+    models = [model]
     waiting = [field.annotation for field in model.model_fields.values()]
     while waiting:
         annotation: Any = waiting.pop()
         waiting.extend(get_args(annotation))
         is_model = isinstance(annotation, type) and not get_args(annotation)
-        if is_model and issubclass(annotation, BaseModel) and annotation not in found:
-            found += [inner for inner in _models(annotation) if inner not in found]
-    return found
+        if is_model and issubclass(annotation, BaseModel) and annotation not in models:
+            models += [inner for inner in _models(annotation) if inner not in models]
+    return models
 
 
 def _write_durations(key: dict[str, Any]) -> None:

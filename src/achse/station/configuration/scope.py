@@ -36,14 +36,14 @@ class ScopeChannelConfig(ConfigTable):
 
     def document(self) -> dict[str, Any]:
         """The channel as definitions have it."""
-        found: dict[str, Any] = {
+        document: dict[str, Any] = {
             key: value
             for key in type(self).model_fields
             if (value := getattr(self, key)) is not None
         }
         if self.sample_time is not None:
-            found["sample_time"] = self.sample_time / 1e9
-        return found
+            document["sample_time"] = self.sample_time / 1e9
+        return document
 
 
 class ScopeViewConfig(ConfigTable):

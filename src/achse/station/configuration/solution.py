@@ -94,10 +94,10 @@ def _of_folder(folder: Path) -> dict[str, Any]:
     """The solution, project or sources of a folder; the highest ones count."""
     below = files_below(folder)
     for content, what in ((Content.SYSTEM, "a .tsproj"), (Content.PROJECT, "a .plcproj")):
-        found = [file for file in below if has_content(file, content) and file.is_file()]
-        if found:
-            least = min(len(file.parts) for file in found)
-            highest = [file for file in found if len(file.parts) == least]
+        files = [file for file in below if has_content(file, content) and file.is_file()]
+        if files:
+            least = min(len(file.parts) for file in files)
+            highest = [file for file in files if len(file.parts) == least]
             return _document(_only(folder, highest, what))
     if not any(has_content(file, *_SOURCES) for file in below):
         raise ConfigError(
@@ -107,11 +107,11 @@ def _of_folder(folder: Path) -> dict[str, Any]:
     return {"plc": [{"port": _FIRST_PORT, "sources": str(folder.absolute())}]}
 
 
-def _only(path: Path, found: list[Path], what: str) -> Path:
-    if len(found) == 1:
-        return found[0]
-    names = ", ".join(str(each) for each in found[:_SHOWN]) + (", …" if found[_SHOWN:] else "")
-    if found:
+def _only(path: Path, files: list[Path], what: str) -> Path:
+    if len(files) == 1:
+        return files[0]
+    names = ", ".join(str(each) for each in files[:_SHOWN]) + (", …" if files[_SHOWN:] else "")
+    if files:
         raise ConfigError(f"{path}: expected {what}, say which: {names}")
     raise ConfigError(f"{path}: expected {what} in it, found none")
 
@@ -175,9 +175,9 @@ class _Files:
         if file in self._read_files:
             raise ConfigError(f"{self._path}: expected each file once, got {file} more than once")
         self._read_files.add(file)
-        for found in self.read(file).walk():
-            if found.tag == tag:
-                return file.parent, found
+        for child in self.read(file).walk():
+            if child.tag == tag:
+                return file.parent, child
         raise ConfigError(f"{file}: expected <{tag}>")
 
 
@@ -239,13 +239,13 @@ def _of_solution(path: Path) -> dict[str, Any]:
 def _nc(folder: Path, files: _Files, project: Element) -> tuple[Path, Element] | None:
     """The NC, and the folder that names of further files begin at."""
     motion = project.find("Motion")
-    found = (motion or project).find("NC")
-    if found is None:
+    nc = (motion or project).find("NC")
+    if nc is None:
         return None
     place = folder / "_Config" / "NC"
-    if "File" in found.attributes:
-        _, found = files.nested(place, found, "NC")
-    return place / "Axes", found
+    if "File" in nc.attributes:
+        _, nc = files.nested(place, nc, "NC")
+    return place / "Axes", nc
 
 
 def _axes(files: _Files, place: Path, nc: Element) -> Iterator[Element]:
@@ -254,10 +254,10 @@ def _axes(files: _Files, place: Path, nc: Element) -> Iterator[Element]:
             yield element
             continue
         number = element.attributes.get("Id")
-        _, found = files.nested(place, element, "Axis")
+        _, axis = files.nested(place, element, "Axis")
         if number is not None:
-            found.attributes["Id"] = number
-        name = found.find("Name")
+            axis.attributes["Id"] = number
+        name = axis.find("Name")
         if name is not None and name.text.strip() == _OF_FILE:
             name.text = PureWindowsPath(element.attributes["File"]).stem
-        yield found
+        yield axis

@@ -146,8 +146,8 @@ class LeftOut:
             for _ in elements[1:]:
                 self.add(f"second {tag}")
         for section in _SECTIONS:
-            found = _inner(axis, section)
-            parts = () if found is None else ((section, found), *_parts(section, found))
+            inner = _inner(axis, section)
+            parts = () if inner is None else ((section, inner), *_parts(section, inner))
             for path, element in parts:
                 for attribute in element.attributes:
                     if (path, attribute) not in _READ:
@@ -237,15 +237,15 @@ def make_names_unique(axes: list[dict[str, Any]]) -> None:
 
 
 def _attribute(element: Element, path: str, name: str) -> str | None:
-    found = _inner(element, path)
-    return None if found is None else found.attributes.get(name)
+    inner = _inner(element, path)
+    return None if inner is None else inner.attributes.get(name)
 
 
 def _inner(element: Element, path: str) -> Element | None:
-    found: Element | None = element
+    inner: Element | None = element
     for tag in path.split("/"):
-        found = None if found is None else found.find(tag)
-    return found
+        inner = None if inner is None else inner.find(tag)
+    return inner
 
 
 def _value(text: str, key: str) -> bool | float | None:

@@ -247,14 +247,14 @@ def _put_on_interfaces(
     if not isinstance(tables, list) or not all(isinstance(each, dict) for each in tables):
         return  # the file is wrong, and that is told
     names = [str(table.get("name", BusConfig.model_fields["name"].default)) for table in tables]
-    told = ", ".join(names) or "none"
+    listed = ", ".join(names) or "none"
     wanted = dict(interfaces)
     if "" in wanted:
         if len(names) != 1:
-            raise ConfigError(f"{source}: which bus? Expected BUS=INTERFACE; buses: {told}")
+            raise ConfigError(f"{source}: which bus? Expected BUS=INTERFACE; buses: {listed}")
         wanted[names[0]] = wanted.pop("")
     for name in wanted.keys() - set(names):
-        raise ConfigError(f"{source}: no bus {name!r}; buses: {told}")
+        raise ConfigError(f"{source}: no bus {name!r}; buses: {listed}")
     for name, table in zip(names, tables, strict=True):
         if name in wanted:
             table[key] = wanted[name]

@@ -84,11 +84,11 @@ def _message(
     if of_table and len(place) > 2:
         del place[2]  # the kind, by which pydantic names the table
     expected = error["msg"].removeprefix("Value error, ")
-    given = "" if error["type"] == "missing" else f", got {error['input']!r:.80}"
+    received = "" if error["type"] == "missing" else f", got {error['input']!r:.80}"
     if error["type"] == "missing":
         expected = "expected, but not there"
     elif error["type"] == "extra_forbidden":
-        expected, given = (
+        expected, received = (
             f"no such key{_instead(str(place[-1]), _keys_of(model, error['loc']))}",
             "",
         )
@@ -109,13 +109,13 @@ def _message(
         place.append("kind")
         kind = error["input"].get("kind") if isinstance(error["input"], dict) else None
         expected = f"one of {', '.join(of_table)}"
-        given = "" if kind is None else f", got {kind!r:.80}{did_you_mean(str(kind), of_table)}"
+        received = "" if kind is None else f", got {kind!r:.80}{did_you_mean(str(kind), of_table)}"
     key = ""
     for part in place:
         key += f"[{part + 1}]" if isinstance(part, int) else f"{'.' * bool(key)}{part}"
-    if given in expected or " got " in expected or not key:
-        given = ""
-    return f"{key + ': ' * bool(key)}{expected}{given}"
+    if received in expected or " got " in expected or not key:
+        received = ""
+    return f"{key + ': ' * bool(key)}{expected}{received}"
 
 
 def _instead(key: str, known: list[str]) -> str:

@@ -168,10 +168,10 @@ class PersistentData:
 def _read_snapshot(file: SnapshotFile, instead: Path) -> PersistentValues | None:
     """Return the values of the newest snapshot, None if there is none to use."""
     try:
-        found = file.read()
-        if found is None:
+        content = file.read()
+        if content is None:
             return None
-        snapshot, is_torn = found
+        snapshot, is_torn = content
         values = PersistentLayout.decode(snapshot.layout).values(snapshot.content)
     except OSError as failure:
         log.warning("%s cannot be read: %s; reading %s", file.path, failure.strerror, instead)

@@ -41,13 +41,13 @@ class PersistentLayout:
 
     @classmethod
     def of(
-        cls, nc: Nc | None, plcs: Mapping[int, PlcRuntime], kept: PersistentValues
+        cls, nc: Nc | None, plcs: Mapping[int, PlcRuntime], values: PersistentValues
     ) -> "PersistentLayout":
         """Return the layout of a station's NC and PLCs; `kept` is what was kept so far."""
         axes = [] if nc is None else [(axis.axis_id, len(axis.encoders)) for axis in nc]
         layouts = {port: RetainedLayout.of(plc) for port, plc in plcs.items()}
-        absent = {port: each for port, each in kept.plcs.items() if port not in plcs}
-        return cls(axes, layouts, PersistentValues(kept.axes if nc is None else {}, absent))
+        absent = {port: each for port, each in values.plcs.items() if port not in plcs}
+        return cls(axes, layouts, PersistentValues(values.axes if nc is None else {}, absent))
 
     def image(self, nc: Nc | None, plcs: Mapping[int, PlcRuntime]) -> bytes:
         """Return a copy of what these axes and PLCs have now."""
@@ -132,9 +132,9 @@ def show_variables(
 ) -> dict[str, dict[str, tuple[object, ...]]]:
     """Return variables for JSON: type, bytes in hexadecimal digits, pointers."""
     return {
-        str(port): {name: (one.type, one.data.hex(), *one.leads) for name, one in kept.items()}
-        for port, kept in plcs.items()
-        if kept
+        str(port): {name: (one.type, one.data.hex(), *one.leads) for name, one in variables.items()}
+        for port, variables in plcs.items()
+        if variables
     }
 
 
@@ -143,9 +143,9 @@ def parse_variables(document: Any) -> dict[int, Mapping[str, RetainedVariable]]:
     return {
         int(port): {
             str(name): RetainedVariable(str(type), bytes.fromhex(data), tuple(map(_lead, leads)))
-            for name, (type, data, *leads) in kept.items()
+            for name, (type, data, *leads) in variables.items()
         }
-        for port, kept in document.items()
+        for port, variables in document.items()
     }
 
 

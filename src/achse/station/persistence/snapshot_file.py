@@ -135,15 +135,15 @@ def _parsed(content: bytes) -> tuple[Snapshot, bool]:
     torn = False
     for slot in (0, 1):
         begin = _offset(slot, length, size)
-        found = content[begin : begin + _SLOT.size + size]
-        if len(found) < _SLOT.size + size:
+        record = content[begin : begin + _SLOT.size + size]
+        if len(record) < _SLOT.size + size:
             torn = True
             continue
-        number, time_ns, digest = _SLOT.unpack_from(found)
-        if _digest(header, found[:16], found[_SLOT.size :]) != digest:
-            torn |= any(found)
+        number, time_ns, digest = _SLOT.unpack_from(record)
+        if _digest(header, record[:16], record[_SLOT.size :]) != digest:
+            torn |= any(record)
         elif newest is None or number > newest[0]:
-            newest = number, Snapshot(layout, found[_SLOT.size :], time_ns)
+            newest = number, Snapshot(layout, record[_SLOT.size :], time_ns)
     if newest is None:
         raise SnapshotFileError("both snapshots are torn")
     return newest[1], torn

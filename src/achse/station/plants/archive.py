@@ -63,8 +63,8 @@ class UnitArchive:
         names = archive.namelist()
         if name not in names:
             there = {each.split("/")[1] for each in names if each.startswith("binaries/")} - {""}
-            told = ", ".join(sorted(there)) or "none"
-            raise PlantError(f"expected {name} in the unit; it has binaries for: {told}")
+            listed = ", ".join(sorted(there)) or "none"
+            raise PlantError(f"expected {name} in the unit; it has binaries for: {listed}")
 
 
 def _checked(archive: zipfile.ZipFile) -> list[zipfile.ZipInfo]:

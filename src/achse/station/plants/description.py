@@ -61,14 +61,14 @@ class UnitDescription:
     def number(self, name: str, *causalities: str) -> PlantVariable:
         """The number of that name with one of the causalities, if any are given. Raises
         PlantError."""
-        found = self.variable(name)
-        if not found.is_number:
-            what = f"an array of {found.type}" if found.is_array else found.type
+        variable = self.variable(name)
+        if not variable.is_number:
+            what = f"an array of {variable.type}" if variable.is_array else variable.type
             raise PlantError(f"{name}: expected a number or a Boolean, got {what}")
-        if causalities and found.causality not in causalities:
-            told = " or ".join(causalities)
-            raise PlantError(f"{name}: expected {told}, got {found.causality or 'local'}")
-        return found
+        if causalities and variable.causality not in causalities:
+            message = " or ".join(causalities)
+            raise PlantError(f"{name}: expected {message}, got {variable.causality or 'local'}")
+        return variable
 
 
 class _Reader:
@@ -89,24 +89,26 @@ class _Reader:
         place.append(tag)
         if len(place) > _DEEPEST:
             raise PlantError(f"modelDescription.xml: elements nest deeper than {_DEEPEST}")
-        found = self.description
+        description = self.description
         if len(place) == 1:
             version = attributes.get("fmiVersion", "")
             if tag != "fmiModelDescription" or version[:2] not in ("2.", "3."):
                 raise PlantError(f"expected FMI 2.0 or 3.0, got {tag} {version!r:.40}")
-            found.fmi = int(version[0])
-            found.token = attributes.get("instantiationToken" if found.fmi == 3 else "guid", "")
+            description.fmi = int(version[0])
+            description.token = attributes.get(
+                "instantiationToken" if description.fmi == 3 else "guid", ""
+            )
         elif len(place) == 2 and tag == "CoSimulation":
-            found.identifier = attributes.get("modelIdentifier", "")
+            description.identifier = attributes.get("modelIdentifier", "")
         elif len(place) == 3 and place[1] == "ModelVariables":
-            if found.fmi == 3 and tag in _FMI3_TYPES:
+            if description.fmi == 3 and tag in _FMI3_TYPES:
                 self._add(tag, attributes)
             elif tag == "ScalarVariable":
                 self._scalar = attributes
         elif len(place) == 4 and place[1] == "ModelVariables":
-            if found.fmi == 3 and tag == "Dimension" and self._last is not None:
-                found.variables[self._last.name] = self._last._replace(is_array=True)
-            elif found.fmi == 2 and tag in _FMI2_TYPES and self._scalar is not None:
+            if description.fmi == 3 and tag == "Dimension" and self._last is not None:
+                description.variables[self._last.name] = self._last._replace(is_array=True)
+            elif description.fmi == 2 and tag in _FMI2_TYPES and self._scalar is not None:
                 self._add(tag, self._scalar)
                 self._scalar = None
 

@@ -126,15 +126,15 @@ class UnitProcess:
 
     def _with_names(self, text: str, outputs: Sequence[PlantVariable]) -> str:
         """Put the name of an input or output in the place of its number."""
-        found = _NUMBERED.fullmatch(text)
-        if found is None:
+        match = _NUMBERED.fullmatch(text)
+        if match is None:
             return text
-        variables = self._inputs if found["what"] == "input" else outputs
-        number = int(found["number"])
+        variables = self._inputs if match["what"] == "input" else outputs
+        number = int(match["number"])
         if number >= len(variables):
             return text
-        expected = found["range"] or "a finite number"
-        return f"{variables[number].name}: expected {expected}, got {found['value']}"
+        expected = match["range"] or "a finite number"
+        return f"{variables[number].name}: expected {expected}, got {match['value']}"
 
     def _last_words(self) -> str:
         with contextlib.suppress(subprocess.TimeoutExpired):

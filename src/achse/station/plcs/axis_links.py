@@ -72,13 +72,13 @@ def _direction(type: IecType[Any]) -> str | None:
 
 def axis_variables(variables: Iterable[PlacedVariable]) -> list[AxisVariable]:
     """The structures of axes among the variables of a PLC that are `AT %I` or `AT %Q`, by place."""
-    found = []
+    linked = []
     for each in placed_structures(variables, lambda type: bool(_direction(type)), _is_axis_ref):
         to_plc = _direction(each.type) == _TO_PLC
         form = _form(each.type) if to_plc else None
         where = each.name, each.owner, each.area, each.offset, each.type.size
-        found.append(AxisVariable(*where, to_plc, form))
-    return found
+        linked.append(AxisVariable(*where, to_plc, form))
+    return linked
 
 
 def _is_axis_ref(type: StructType[Any]) -> bool:
@@ -170,9 +170,9 @@ class AxisLinks:
         self._make_images([link for link in shown if link.by_machine_code])
         for name, axis in gone.items():
             log.warning("axis %s: %s is not there any more", axis.name, name)
-        kept = {link.axis.axis_id for link in self._outputs}
+        linked = {link.axis.axis_id for link in self._outputs}
         for axis in before:
-            if axis.axis_id not in kept:
+            if axis.axis_id not in linked:
                 _take(axis, bytes(PLC_TO_NC.size))
 
     def _make_images(self, links: list[_Shown]) -> None:
@@ -253,11 +253,11 @@ class _Places:
 
     def free_owners(self) -> dict[tuple[int, str], AxisVariable]:
         """AXIS_REFs of which nothing belongs to an axis."""
-        held = {(key[0], self.there[key].owner.casefold()) for key in self.used_by}
+        owners = {(key[0], self.there[key].owner.casefold()) for key in self.used_by}
         return {
             key: each
             for key, each in self.owners.items()
-            if each.owner != each.name and key not in held
+            if each.owner != each.name and key not in owners
         }
 
 
@@ -276,9 +276,9 @@ def link_axes(
     """
     places = _Places(nc, plcs)
     for number, config in enumerate(axes, 1):
-        for given in (config.plc,) if isinstance(config.plc, str) else config.plc:
+        for plc in (config.plc,) if isinstance(config.plc, str) else config.plc:
             key = f"axis[{number}].plc"
-            port, name = find_place(given, key, {**places.owners, **places.there}, plcs, _KINDS)
+            port, name = find_place(plc, key, {**places.owners, **places.there}, plcs, _KINDS)
             places.link(port, name, config, key)
     others = [config for config in axes if not config.plc]
     linked = _link_mapped(places, others, mapped or {})
@@ -305,8 +305,8 @@ def _link_mapped(
                 continue
             places.link(port, name, config, mapping.variable)
             linked.add(config.id)
-            told = config.name, mapping.variable, port
-            log.info("axis %s is linked to %s of PLC %d by its solution", *told)
+            details = config.name, mapping.variable, port
+            log.info("axis %s is linked to %s of PLC %d by its solution", *details)
     return linked
 
 

@@ -105,12 +105,12 @@ class _Takes:
             self.last = bytes(data)
             if self.requested.operation_mode != before.operation_mode:
                 self._set_mode(self.requested.operation_mode)
-        given, channel = self.requested, self.channel
-        if channel.override != given.override:
-            channel.override = given.override
-        channel.spindle_override = given.spindle_override
+        requested, channel = self.requested, self.channel
+        if channel.override != requested.override:
+            channel.override = requested.override
+        channel.spindle_override = requested.spindle_override
         if isinstance(channel, ProgramChannel):
-            channel.data.skip_mask, channel.granted = given.skip_mask, given.granted
+            channel.data.skip_mask, channel.granted = requested.skip_mask, requested.granted
 
     def _set_mode(self, mode: int) -> None:
         channel = self.channel
@@ -149,9 +149,9 @@ class ChannelLinks:
                 self._outputs.append(_Takes(channel, at, memory[at.area]))
         for name, channel in gone.items():
             log.warning("channel %s: %s is not there any more", channel.name, name)
-        kept = {link.channel.channel_id for link in self._outputs}
+        linked = {link.channel.channel_id for link in self._outputs}
         for link in before:
-            if link.channel.channel_id not in kept:
+            if link.channel.channel_id not in linked:
                 link.take(link.nothing)
 
     def show(self) -> None:
@@ -208,9 +208,9 @@ def link_channels(
     """
     places = _Structures(nc, plcs)
     for number, config in enumerate(channels, 1):
-        for given in (config.plc,) if isinstance(config.plc, str) else config.plc:
+        for plc in (config.plc,) if isinstance(config.plc, str) else config.plc:
             key = f"channel[{number}].plc"
-            port, name = find_place(given, key, places.there, plcs, _KINDS)
+            port, name = find_place(plc, key, places.there, plcs, _KINDS)
             places.link(port, name, config, key)
     _link_mapped(places, [config for config in channels if not config.plc], mapped or {})
     free = places.free()

@@ -55,7 +55,7 @@ def placed_structures(
     yes to is their owner.
     """
     walk = _Walk(is_wanted, is_owner)
-    found = [
+    structures = [
         each
         for placed in variables
         if walk.holds(placed.variable.type, placed.variable.address is not None)
@@ -68,7 +68,7 @@ def placed_structures(
             placed.variable.address is not None,
         )
     ]
-    return sorted(found, key=lambda each: (each.area.value, each.offset))
+    return sorted(structures, key=lambda each: (each.area.value, each.offset))
 
 
 class _Walk:
@@ -148,19 +148,19 @@ def find_place(
         raise ConfigError(f"{key}: expected a PLC before the colon, got {given!r}")
     if at := _PLACE.fullmatch(wanted):
         here = _AREAS[at[1]], int(at[2])
-        found = {
+        matches = {
             port: each.name.casefold()
             for (port, _), each in there.items()
             if (each.area, each.offset) == here
         }
     else:
-        found = {port: known for port, known in there if known == wanted}
+        matches = {port: known for port, known in there if known == wanted}
     if colon:
-        found = {port: name for port, name in found.items() if port == int(head)}
-    if len(found) == 1:
-        return found.popitem()
-    if found:
-        first = next(iter(found))
+        matches = {port: name for port, name in matches.items() if port == int(head)}
+    if len(matches) == 1:
+        return matches.popitem()
+    if matches:
+        first = next(iter(matches))
         raise ConfigError(f'{key}: {given} is in several PLCs, say which: "{first}:{given}"')
     names = [variable for at in there.values() for variable in (at.owner, at.name)]
     near = did_you_mean(rest if colon else given, names)

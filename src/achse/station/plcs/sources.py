@@ -242,10 +242,10 @@ class PlcSource:
         from achse.st.lexis.source import SourceError
 
         try:
-            found = source_files(self.base / self.config.sources)
+            files = source_files(self.base / self.config.sources)
         except SourceError:
             return {}
-        return {name: str(file.resolve()) for file, name in found}
+        return {name: str(file.resolve()) for file, name in files}
 
     def stamps(self) -> Mapping[Path, tuple[int, int]]:
         """The files that the declarations come from, with their time of change and size."""
@@ -264,14 +264,14 @@ class PlcSource:
         names += [name for task in config.task for name in task.programs]
         modules = {name.rpartition(":")[0] for name in names}
         files += [self.base / name for name in modules if name.endswith(".py")]
-        found = {}
+        stamps = {}
         for file in files:
             try:
                 state = file.stat()
             except OSError:
                 continue
-            found[file] = (state.st_mtime_ns, state.st_size)
-        return found
+            stamps[file] = (state.st_mtime_ns, state.st_size)
+        return stamps
 
     # reading ---------------------------------------------------------------------------------
 
@@ -376,14 +376,14 @@ class PlcSource:
     ) -> type[Program]:
         if ":" in name:
             return self._python(name, Program, key, modules)
-        found = named.get(name.lower())
-        if found is None or not issubclass(found, Program):
+        program = named.get(name.lower())
+        if program is None or not issubclass(program, Program):
             known = ", ".join(u.__iec__.name for u in named.values() if issubclass(u, Program))
             expected = f"one of {known}, or " if known else ""
             raise ConfigError(
                 f"{key}: expected {expected}module:Class or file.py:Class, got {name!r}"
             )
-        return found
+        return program
 
     def _python(
         self, name: str, kind: type[T], key: str, modules: dict[str, ModuleType]

@@ -40,8 +40,8 @@ async def is_reachable_from_outside(host: str) -> bool:
     if not host:
         return True
     loop = asyncio.get_running_loop()
-    found = await loop.getaddrinfo(host, None, type=socket.SOCK_STREAM)
-    addresses = [ipaddress.ip_address(str(entry[4][0]).partition("%")[0]) for entry in found]
+    entries = await loop.getaddrinfo(host, None, type=socket.SOCK_STREAM)
+    addresses = [ipaddress.ip_address(str(entry[4][0]).partition("%")[0]) for entry in entries]
     return not all(address.is_loopback for address in addresses)
 
 

@@ -91,8 +91,8 @@ class MetricsPort:
         try:
             self._server, self._thread = start_http_server(*where, registry=registry)
         except OSError as taken:
-            told = f"metrics: {config.host}:{config.port}: {taken.strerror or taken}"
-            raise ConfigError(told) from None
+            message = f"metrics: {config.host}:{config.port}: {taken.strerror or taken}"
+            raise ConfigError(message) from None
         self.port, self.host = self._server.server_port, config.host
         log.info("figures for Prometheus at http://%s:%d/metrics", self.host, self.port)
 
@@ -112,8 +112,8 @@ class MetricsPort:
 
     def collect(self) -> Iterator[Any]:
         """Called by Prometheus' thread; the figures come from the loop."""
-        asked = asyncio.run_coroutine_threadsafe(self._look(), self._loop)
-        yield from asked.result(_WAIT)
+        future = asyncio.run_coroutine_threadsafe(self._look(), self._loop)
+        yield from future.result(_WAIT)
 
     async def _look(self) -> list[Any]:
         return list(self._collected())

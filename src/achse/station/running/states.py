@@ -37,7 +37,7 @@ class StationStates:
         self,
         cycle: Cycle,
         ground: Ground,
-        kept: Sequence[Device],
+        permanent_devices: Sequence[Device],
         persistent: PersistentData,
         requests: StateRequests,
         renewed: Callable[[], None],
@@ -49,7 +49,7 @@ class StationStates:
         """
         self._cycle = cycle
         self._ground = ground
-        self._permanent_devices = tuple(kept)
+        self._permanent_devices = tuple(permanent_devices)
         self._requests = requests
         self._renewed = renewed
         self.persistent = persistent

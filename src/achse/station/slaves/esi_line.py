@@ -50,20 +50,20 @@ class EsiLine:
                     serial_number=place + 1,
                 )
             except (KeyError, ValueError) as fault:
-                told = fault.args[0] if fault.args else fault
-                raise EsiError(f"slave {place + 1} ({device.type_name}): {told}") from None
+                message = fault.args[0] if fault.args else fault
+                raise EsiError(f"slave {place + 1} ({device.type_name}): {message}") from None
             self.slaves.append(made)
 
 
 def _chosen(spec: str, folder: EsiFolder) -> list[tuple[EsiDevice, tuple[str, ...]]]:
     """The devices of a spec, with the modules in their slots."""
     if spec.lower().endswith(".xml"):
-        found = esi_devices(Path(spec))
-        names = list(dict.fromkeys(each.type_name for each in found.types))
+        devices = esi_devices(Path(spec))
+        names = list(dict.fromkeys(each.type_name for each in devices.types))
         if len(names) != 1:
             there = ", ".join(names[:10]) or "none"
             raise EsiError(f"{spec}: expected a file of one type, got {there}; use --esi {spec}")
-        return [(found.find(names[0]), ())]
+        return [(devices.find(names[0]), ())]
     match = _SPEC.fullmatch(spec)
     if match is None:
         raise EsiError(f"expected TYPE[@REVISION][=MODULE,…][*COUNT], got {spec!r}")

@@ -40,7 +40,7 @@ def machines_of(document: Mapping[str, Any], kinds: list[str]) -> list[Mechanics
         raise ValueError(f"drive: expected [[drive]] tables, got {single!r:.80}")
     if len(single) > len(kinds):
         raise ValueError(f"drive: expected up to {len(kinds)} tables (--count), got {len(single)}")
-    found = []
+    machines = []
     for number, kind in enumerate(kinds):
         tables = [("", common)]
         if number < len(single):
@@ -50,8 +50,8 @@ def machines_of(document: Mapping[str, Any], kinds: list[str]) -> list[Mechanics
         machine = MACHINES[kind]
         for key, table in tables:
             machine = _changed(machine, {k: v for k, v in table.items() if k != "type"}, key)
-        found.append(machine)
-    return found
+        machines.append(machine)
+    return machines
 
 
 def _type(value: object, key: str) -> str:
