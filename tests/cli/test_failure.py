@@ -16,7 +16,7 @@ from achse.cli.failure import (
     fail_by,
     in_json,
     name_of,
-    tell,
+    print_failure,
     wants_json,
 )
 from achse.client.nc.errors import UnknownAxis
@@ -37,11 +37,11 @@ def test_json_is_asked_for_before_the_two_dashes(words: list[str], wanted: bool)
 
 
 def test_an_error_is_a_sentence_or_one_object(capsys: pytest.CaptureFixture[str]) -> None:
-    tell("no way", name="NO_WAY")
+    print_failure("no way", name="NO_WAY")
     assert capsys.readouterr().err == "no way\n"
     with errors_in_json(True):
         assert in_json()
-        tell("two\nlines", name="NO_WAY", code=0x710)
+        print_failure("two\nlines", name="NO_WAY", code=0x710)
     assert not in_json()
     error = capsys.readouterr().err
     assert error.count("\n") == 1
@@ -90,7 +90,7 @@ def test_an_error_without_a_code_of_ads_is_no_success(capsys: pytest.CaptureFixt
     refusal = UnknownAxis(0, "'Z'", "no such axis")
     assert name_of(refusal) == "UNKNOWN_AXIS"
     with errors_in_json(True):
-        tell(str(refusal), name=name_of(refusal), code=refusal.code)
+        print_failure(str(refusal), name=name_of(refusal), code=refusal.code)
     assert json.loads(capsys.readouterr().err)["code"] is None
 
 

@@ -19,8 +19,8 @@ def test_answers_and_refusals(project: Path) -> None:
         async with achse.connect(station.router, port=SERVICE_PORT) as client:
             link = DebugLink(client, 851)
             assert (await link.state())["tasks"] == ["PlcTask"]
-            assert await link.ask("breaks") == []
+            assert await link.request("breaks") == []
             with pytest.raises(DebugRefused, match="no cycle is halted"):
-                await link.ask("go")
+                await link.request("go")
 
     asyncio.run(main())

@@ -41,24 +41,24 @@ def main() -> None:
 
     leave_at_once()
     open_standard_streams()
-    from achse.cli.failure import errors_in_json, tell, wants_json
+    from achse.cli.failure import errors_in_json, print_failure, wants_json
 
     try:
         try:
             _commands(sys.argv[1:])(prog_name="achse")
         finally:
             sys.stdout.flush()  # Python's own at the end gives 120 if it fails
-    except BrokenPipeError:  # who read has gone, as `head` does
+    except BrokenPipeError:  # the reader has ended, as `head` does
         os._exit(1)
     except Exception as defect:
         if isinstance(defect, OSError) and defect.errno in _FULL and defect.filename is None:
             with errors_in_json(wants_json(sys.argv)):
-                tell(f"cannot write the output: {defect.strerror}", name="CANNOT_WRITE")
+                print_failure(f"cannot write the output: {defect.strerror}", name="CANNOT_WRITE")
             os._exit(1)  # what is left in the buffer would be tried again
         if "ACHSE_DEBUG" in os.environ:
             raise
         with errors_in_json(wants_json(sys.argv)):
-            tell(
+            print_failure(
                 f"unexpected {type(defect).__name__}: {defect} (a defect of achse, please report"
                 " it; with ACHSE_DEBUG=1 in the environment it tells where)",
                 name="DEFECT",

@@ -1,6 +1,6 @@
 """Completion in shells: axes, symbols, kinds of faults and their fields, of the target in question.
 
-A shell waits while these run: who does not answer at once is left out, and nothing is ever told.
+A shell waits while these run: devices that do not answer at once are left out, without a message.
 """
 
 import os
@@ -11,11 +11,11 @@ _PATIENCE_S = 0.7
 """For connection and answers together."""
 
 _MOST = 200
-"""More are of no help to anybody."""
+"""Highest number of suggestions."""
 
 
-def _asked(
-    context: Any, port: int, ask: Callable[[Any], Coroutine[Any, Any, list[str]]]
+def _answer_in_time(
+    context: Any, port: int, request: Callable[[Any], Coroutine[Any, Any, list[str]]]
 ) -> list[str]:
     """Return the answer of the command line's target, empty if it does not answer."""
     import asyncio
@@ -41,7 +41,7 @@ def _asked(
                 watch_symbols=False,
             ) as client,
         ):
-            return await ask(client)
+            return await request(client)
 
     try:
         return asyncio.run(run())
@@ -53,19 +53,19 @@ def axes(ctx: Any, incomplete: str) -> list[str]:
     """Names of axes, and ids where one has no name."""
     from achse.cli.axes.nc import axes_of
 
-    async def ask(client: Any) -> list[str]:
+    async def request(client: Any) -> list[str]:
         return [axis.name or str(axis.axis_id) for axis in await axes_of(client)]
 
-    return _beginning(incomplete, _asked(ctx, 501, ask))
+    return _beginning(incomplete, _answer_in_time(ctx, 501, request))
 
 
 def symbols(ctx: Any, incomplete: str) -> list[str]:
     """Names of symbols, part by part: `MA` → `MAIN.` → `MAIN.nCounter`."""
 
-    async def ask(client: Any) -> list[str]:
+    async def request(client: Any) -> list[str]:
         return [entry.name for entry in await client.symbols()]
 
-    matches = _beginning(incomplete, _asked(ctx, 851, ask))
+    matches = _beginning(incomplete, _answer_in_time(ctx, 851, request))
     depth = incomplete.count(".") + 1
     parts = dict.fromkeys(
         name if name.count(".") < depth else ".".join(name.split(".")[:depth]) + "."

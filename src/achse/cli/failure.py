@@ -37,7 +37,7 @@ def in_json() -> bool:
     return _in_json
 
 
-def tell(message: str, *, name: str = "FAILED", code: int | None = None) -> None:
+def print_failure(message: str, *, name: str = "FAILED", code: int | None = None) -> None:
     """Tell an error on stderr, as a sentence or an object; `code` is that of ADS, or None."""
     if _in_json:
         facts = {"code": code or None, "name": name, "message": message}
@@ -60,7 +60,7 @@ def fail(
     message: str, exit_code: int = 1, *, name: str = "FAILED", code: int | None = None
 ) -> NoReturn:
     """Tell an error, and end the command."""
-    tell(message, name=name, code=code)
+    print_failure(message, name=name, code=code)
     raise typer.Exit(exit_code)
 
 

@@ -1,4 +1,4 @@
-"""Files that commands write: whole or not at all, and never over somebody else's work."""
+"""Files that commands write: whole or not at all, and never over a file that they did not write."""
 
 import contextlib
 import errno

@@ -7,7 +7,7 @@ from typing import Any, cast
 import typer
 from typer.core import TyperGroup
 
-from achse.cli.failure import errors_in_json, in_json, tell, wants_json
+from achse.cli.failure import errors_in_json, in_json, print_failure, wants_json
 
 PANELS = {
     "Start": ("new", "run", "demo", "wait", "stop", "fleet", "web", "fmu"),
@@ -141,7 +141,7 @@ class Front(TyperGroup):
             except typer.Abort:
                 if not standalone_mode:
                     raise
-                tell("aborted", name="ABORTED")
+                print_failure("aborted", name="ABORTED")
                 code = 1
         if not standalone_mode:
             return code
@@ -159,7 +159,9 @@ def _report(fault: Any) -> int:
     if near := moved or _command_for(unknown, fault):
         fault.message = f"{fault.message.partition(' Did you mean')[0]} Did you mean '{near}'?"
     if in_json():
-        tell(fault.format_message(), name="USAGE" if isinstance(fault, _UsageError) else "FAILED")
+        print_failure(
+            fault.format_message(), name="USAGE" if isinstance(fault, _UsageError) else "FAILED"
+        )
     else:
         from typer.rich_utils import rich_format_error
 

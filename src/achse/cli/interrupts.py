@@ -80,7 +80,7 @@ async def serve(
     """
     import asyncio
 
-    from achse.cli.failure import tell
+    from achse.cli.failure import print_failure
     from achse.station.configuration.types import ConfigError
     from achse.transport.reason import reason
 
@@ -95,11 +95,11 @@ async def serve(
         with ending(end, numbers):
             await until(stopped)
     except ConfigError as refusal:
-        tell(str(refusal), name="CONFIGURATION")
+        print_failure(str(refusal), name="CONFIGURATION")
         return 1
     except (OSError, UnicodeError) as failure:  # the latter for what cannot be a host name
         why = reason(failure) if isinstance(failure, OSError) else "this is not a host name"
-        tell(cannot_listen(why), name="CANNOT_LISTEN")
+        print_failure(cannot_listen(why), name="CANNOT_LISTEN")
         return 1
     return 0
 

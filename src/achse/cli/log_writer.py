@@ -1,4 +1,4 @@
-"""Log lines written by a thread of their own, so that a reader who does not read stops nothing."""
+"""Log lines written by a thread of their own, so that a reader that stalls stops nothing."""
 
 import logging
 import os
@@ -38,7 +38,7 @@ class LogWriter(logging.Handler):
     def __init__(self, stream: TextIO) -> None:
         super().__init__()
         self.dropped = 0
-        """Lines lost so far because nobody read, or because they were too many."""
+        """Lines lost so far: the reader stalled, or there were too many."""
         self._stream = stream
         try:
             self._file: int | None = stream.fileno()
@@ -48,7 +48,7 @@ class LogWriter(logging.Handler):
         self._waiting: deque[bytes] = deque()
         self._size = 0
         self._unread = self._left_out = 0
-        """Dropped lines that were not told yet, by reason."""
+        """Dropped lines that were not reported yet, by reason."""
         self._reported_at = 0.0
         """Time of the last report that lines were left out."""
         self._writing = self._ended = False
@@ -62,7 +62,7 @@ class LogWriter(logging.Handler):
             line = self._line(record)
             with self._changed:
                 if len(self._waiting) < _LINES and self._size + len(line) <= _BYTES:
-                    self._tell_unread()
+                    self._report_unread()
                     self._put(line)
                 else:
                     self._unread += 1
@@ -87,9 +87,11 @@ class LogWriter(logging.Handler):
         self._waiting.append(line)
         self._size += len(line)
 
-    def _tell_unread(self) -> None:
+    def _report_unread(self) -> None:
         if self._unread:
-            self._put(self._warning("%d lines were dropped: nobody read the log", self._unread))
+            self._put(
+                self._warning("%d lines were dropped: the reader of the log stalled", self._unread)
+            )
             self._unread = 0
 
     def _go_on(self) -> None:
@@ -121,15 +123,15 @@ class LogWriter(logging.Handler):
         with self._changed:
             self._writing = False
             self._changed.notify_all()
-            while not (self._waiting or self._unread or self._ended or self._is_to_tell()):
+            while not (self._waiting or self._unread or self._ended or self._is_report_due()):
                 self._changed.wait(1.0 if self._left_out else None)
             lines = bytearray()
-            if self._is_to_tell():
+            if self._is_report_due():
                 self._reported_at = time.monotonic()
                 lines += self._warning("%d lines were left out: too many a second", self._left_out)
                 self._left_out = 0
             if not self._waiting:
-                self._tell_unread()
+                self._report_unread()
             while self._waiting and len(lines) + len(self._waiting[0]) <= _PIECE:
                 lines += self._take()
             if not lines and self._waiting:
@@ -142,7 +144,7 @@ class LogWriter(logging.Handler):
         self._size -= len(line)
         return line
 
-    def _is_to_tell(self) -> bool:
+    def _is_report_due(self) -> bool:
         return self._left_out > 0 and time.monotonic() - self._reported_at >= 1.0
 
     def _warning(self, text: str, count: int) -> bytes:
@@ -157,7 +159,7 @@ class LogWriter(logging.Handler):
             while data:
                 try:
                     data = data[os.write(self._file, data) :]
-                except BlockingIOError:  # somebody who shares the pipe made it so
+                except BlockingIOError:  # a process that shares the pipe made it so
                     time.sleep(0.05)
         except (OSError, ValueError):
-            pass  # the reader is gone: nobody is left to be told
+            pass  # the reader has ended: no report is possible

@@ -17,7 +17,7 @@ def print_json(document: Any) -> None:
     print(dumped(document, sys.stdout), flush=True)
 
 
-def tell_event(event: str, what: str = "achse", **facts: str) -> None:
+def print_event(event: str, what: str = "achse", **facts: str) -> None:
     """`achse ready tcp=…` for people and scripts, or the same as JSON."""
     if in_json():
         print_json({"event": event, **facts})

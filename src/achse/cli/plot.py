@@ -24,7 +24,7 @@ def braille(points: Iterable[tuple[float, float]], width: int, height: int) -> l
     """A line through `points` on a canvas of `width` x `height` characters.
 
     Points are in dots: x from 0 at the left to 2 * width - 1, y from 0 at the bottom to
-    4 * height - 1; what lies outside is drawn on the border.
+    4 * height - 1; points outside are drawn on the border.
     """
     columns, rows = 2 * width, 4 * height
     cells = [[0] * width for _ in range(height)]

@@ -1,4 +1,4 @@
-"""Client commands: the options that name a target, its connection, and how a refusal is told."""
+"""Client commands: the options that name a target, its connection, and the report of a refusal."""
 
 import functools
 import inspect
@@ -177,7 +177,7 @@ def _run(
     where = None if net_id is None else net_id_of(net_id)
     schemes = (SCHEME, SECURE_SCHEME, *MQTT_SCHEMES)
 
-    async def ask() -> None:
+    async def query() -> None:
         async with connect(
             host if host.startswith(schemes) else TcpDialer(host, tcp_port),
             net_id=where,
@@ -196,7 +196,7 @@ def _run(
 
     there: list[int] = []
     try:
-        run_interruptibly(ask())
+        run_interruptibly(query())
     except CertificateError as fault:
         fail(str(fault))
     except (SerialPortError, SecureTargetError, MqttError) as fault:
@@ -244,12 +244,12 @@ def net_id_of(text: str, option: str = "--net-id") -> "NetId":
 def fail_to_connect(
     refusal: "AdsError", host: str, tcp_port: int, port: int = 0, there: Sequence[int] = ()
 ) -> NoReturn:
-    """Tell why a request got no answer, and where nobody listens, what to do about it."""
+    """Report why a request got no answer, and the remedy if no router listens."""
     from achse.ams import ConnectionLost, RouterError
 
     if isinstance(refusal, RouterError) and refusal.code == 0x6 and port == STATION_PORT:
         fail(
-            f"{host}:{tcp_port} is not an achse station: nobody is at its AMS port {port}",
+            f"{host}:{tcp_port} is not an achse station: no device at its AMS port {port}",
             name="TARGET_PORT_NOT_FOUND",
             code=refusal.code,
         )

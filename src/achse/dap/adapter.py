@@ -1,6 +1,6 @@
 """The adapter: what an editor asks by the Debug Adapter Protocol, asked of a station.
 
-Tasks are the editor's threads. A halted cycle blocks all tasks of its PLC, so all of
+Tasks are the editor's threads. A halted cycle halts all tasks of its PLC, so all of
 them are stopped then.
 """
 
@@ -161,7 +161,7 @@ class Adapter:
         if target is not None:
             if not target.is_own:
                 with contextlib.suppress(AdsError, DebugRefused):
-                    await target.link.ask("end")
+                    await target.link.request("end")
             await target.close()
 
     @property
@@ -170,8 +170,8 @@ class Adapter:
             raise _Refused("launch or attach comes first")
         return self._target
 
-    async def _ask(self, do: str, /, **fields: Any) -> Any:
-        return await self._there.link.ask(do, **fields)
+    async def _request(self, do: str, /, **fields: Any) -> Any:
+        return await self._there.link.request(do, **fields)
 
     # beginning and end -----------------------------------------------------------------------
 
@@ -184,8 +184,8 @@ class Adapter:
         target = Target(arguments, launch=launch)
         try:
             await target.open()
-            await target.link.ask("attach")
-            await target.link.ask(
+            await target.link.request("attach")
+            await target.link.request(
                 "exceptions", on=True, skip_libraries=bool(arguments.get("justMyCode", True))
             )
         except BaseException:
@@ -203,7 +203,7 @@ class Adapter:
     async def _configuration_done(self, arguments: Arguments) -> None:
         target = self._there
         if self._entry:
-            await self._ask("pause")
+            await self._request("pause")
         if target.is_own and self._logs is None:
             self._logs = _Logs(self._log)
             logging.getLogger("achse").addHandler(self._logs)
@@ -288,7 +288,7 @@ class Adapter:
                 }
             )
         self._client_paths[_real(path)] = path
-        answer = await self._ask("set_breaks", path=path, breaks=breaks)
+        answer = await self._request("set_breaks", path=path, breaks=breaks)
         return {
             "breakpoints": [
                 {
@@ -307,7 +307,7 @@ class Adapter:
 
     async def _set_exception_breakpoints(self, arguments: Arguments) -> Any:
         filters = arguments.get("filters")
-        await self._ask("exceptions", on=isinstance(filters, list) and _EXCEPTIONS in filters)
+        await self._request("exceptions", on=isinstance(filters, list) and _EXCEPTIONS in filters)
         return {"breakpoints": []}
 
     async def _exception_info(self, arguments: Arguments) -> Any:
@@ -326,7 +326,7 @@ class Adapter:
 
     async def _stack_trace(self, arguments: Arguments) -> Any:
         stop = (await self._there.link.state()).get("stop")
-        calls = await self._ask("calls")
+        calls = await self._request("calls")
         if stop is None or arguments.get("threadId", 1) != self._thread_of(stop["task"]):
             calls = []
         start = _whole(arguments.get("startFrame") or 0)
@@ -365,7 +365,7 @@ class Adapter:
         path = self._library_sources.get(number) if isinstance(number, int) else None
         if path is None:
             raise _Refused("no such source")
-        return {"content": (await self._ask("source", path=path))["text"]}
+        return {"content": (await self._request("source", path=path))["text"]}
 
     def _refer(self, reference: _Reference) -> int:
         if len(self._references) >= _MOST_REFERENCES:
@@ -384,7 +384,7 @@ class Adapter:
             ("instance", "Instance"),
             ("unit", "Program"),
         ):
-            if await self._ask("variables", scope=scope, call=call):
+            if await self._request("variables", scope=scope, call=call):
                 reference = self._refer(_Reference(call, scope))
                 scopes.append({"name": name, "variablesReference": reference, "expensive": False})
         scopes.append(
@@ -401,7 +401,7 @@ class Adapter:
         if reference is None:
             raise _Refused("no such variable now")
         if reference.path:
-            variables = await self._ask(
+            variables = await self._request(
                 "variables",
                 of=reference.path,
                 call=reference.call,
@@ -409,7 +409,7 @@ class Adapter:
                 count=_whole(arguments.get("count") or 500),
             )
         else:
-            variables = await self._ask("variables", scope=reference.scope, call=reference.call)
+            variables = await self._request("variables", scope=reference.scope, call=reference.call)
         return reference, variables
 
     async def _variables(self, arguments: Arguments) -> Any:
@@ -441,9 +441,9 @@ class Adapter:
         call = max(_whole(arguments.get("frameId") or 1) - 1, 0)
         target, assigns, value = text.partition(":=")
         if assigns and arguments.get("context") == "repl":
-            one = await self._ask("set", target=target.strip(), value=value.strip(), call=call)
+            one = await self._request("set", target=target.strip(), value=value.strip(), call=call)
         else:
-            one = await self._ask("evaluate", expression=text, call=call)
+            one = await self._request("evaluate", expression=text, call=call)
         shown = self._variable(one, _Reference(call))
         return {
             "result": shown["value"],
@@ -459,7 +459,7 @@ class Adapter:
         for one in variables:
             if one["name"] == name:
                 return self._changed(
-                    await self._ask("set", target=one["path"], value=value, call=reference.call)
+                    await self._request("set", target=one["path"], value=value, call=reference.call)
                 )
         raise _Refused(f"no variable is named {name!r} here")
 
@@ -468,7 +468,7 @@ class Adapter:
         if not isinstance(target, str) or not isinstance(value, str):
             raise _Refused("expression and value: texts")
         call = max(_whole(arguments.get("frameId") or 1) - 1, 0)
-        return self._changed(await self._ask("set", target=target, value=value, call=call))
+        return self._changed(await self._request("set", target=target, value=value, call=call))
 
     def _changed(self, one: Mapping[str, Any]) -> dict[str, Any]:
         return {"value": one["value"], "type": one["type"], "variablesReference": 0}
@@ -477,7 +477,7 @@ class Adapter:
 
     async def _go(self, do: str, **fields: Any) -> Any:
         self._is_stopped = False
-        state = await self._ask(do, **fields)
+        state = await self._request(do, **fields)
 
         async def notice() -> None:
             self._notice(state)
@@ -486,7 +486,7 @@ class Adapter:
         return {"allThreadsContinued": True}
 
     async def _pause(self, arguments: Arguments) -> None:
-        await self._ask("pause")
+        await self._request("pause")
 
 
 class _Logs(logging.Handler):

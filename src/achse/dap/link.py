@@ -21,7 +21,7 @@ class DebugLink:
         self._client = client
         self._plc = plc
 
-    async def ask(self, do: str, /, **fields: Any) -> Any:
+    async def request(self, do: str, /, **fields: Any) -> Any:
         """Return the service's answer. Raises `DebugRefused`, and AdsError for the connection."""
         request = json.dumps({"do": do, **fields}).encode()
         answer = await self._client.read_write_raw(DEBUG, self._plc, _LONGEST, request)
@@ -32,5 +32,5 @@ class DebugLink:
 
     async def state(self) -> dict[str, Any]:
         """Return the state of the PLC."""
-        state: dict[str, Any] = await self.ask("state")
+        state: dict[str, Any] = await self.request("state")
         return state

@@ -22,7 +22,7 @@ async def serve_standard_streams() -> None:
     loop = asyncio.get_running_loop()
     incoming: asyncio.Queue[bytes] = asyncio.Queue()
     out = sys.stdout.buffer
-    sys.stdout = sys.stderr  # what anybody prints would be taken for a message
+    sys.stdout = sys.stderr  # printed text would be taken for a message
 
     def read() -> None:
         while True:
@@ -41,7 +41,7 @@ async def serve_standard_streams() -> None:
 
 
 class OpenToAllError(Exception):
-    """Other computers would reach the port, and nobody has allowed that."""
+    """Other computers would reach the port, and that is not allowed."""
 
 
 async def serve_tcp(

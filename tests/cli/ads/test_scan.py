@@ -46,7 +46,7 @@ def test_json(found: Any) -> None:
 
 def test_where_nobody_answers_it_says_so() -> None:
     told = scan("127.0.0.1", "--udp-port", "1", exit_code=1).stderr
-    assert told == "nobody answers at 127.0.0.1, UDP port 1\n"
+    assert told == "no answer at 127.0.0.1, UDP port 1\n"
 
 
 def test_an_unknown_host_is_named() -> None:

@@ -250,7 +250,7 @@ def test_without_a_home_records_are_below_the_temporary_files(
     folder.chmod(0o777)
     refused = CliRunner().invoke(app, ["stop"])
     assert refused.exit_code == 1
-    assert "is somebody else's" in refused.stderr
+    assert "belongs to another user" in refused.stderr
     folder.chmod(0o700)
 
 

@@ -204,7 +204,7 @@ def add(
         ours = address or address_towards(host)
     except OSError as failure:
         fail(f"{host}: {failure.strerror}")
-    # 127.0.0.1.1.1 is every router's alias for itself; we are somebody else.
+    # 127.0.0.1.1.1 is every router's alias for itself; we are another router.
     own = f"{ours}.1.{2 if ours == '127.0.0.1' else 1}"
     if net_id is None and not _is_ipv4(ours):
         raise typer.BadParameter(

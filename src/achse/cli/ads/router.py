@@ -14,10 +14,10 @@ from achse.cli.failure import fail
 from achse.cli.interrupts import serve
 from achse.cli.logs import LogFormat, LogLevel, set_up_logs
 from achse.cli.options import LetEverybodyIn, ListenHost, ListenPort, Logged, LoggedAs
-from achse.cli.output import tell_event
+from achse.cli.output import print_event
 from achse.cli.process import loop_factory, raise_file_limit
 from achse.cli.service_manager import announced
-from achse.cli.start.web import WebHost, WebPort, tell_web
+from achse.cli.start.web import WebHost, WebPort, print_web
 from achse.cli.target import net_id_of
 
 if TYPE_CHECKING:
@@ -134,7 +134,7 @@ async def _serve(
         ):
             _report_ready(gateway)
             if web is not None:
-                tell_web(web)
+                print_web(web)
             async with announced():
                 await stopped.wait()
 
@@ -154,7 +154,7 @@ def _report_ready(gateway: "Gateway") -> None:
     metrics = gateway.metrics
     facts = {"metrics": f"{metrics.host}:{metrics.port}"} if metrics.port else {}
     where = f"{listener.host}:{listener.port}"
-    tell_event("ready", net_id=str(gateway.router.net_id), tcp=where, **facts)
+    print_event("ready", net_id=str(gateway.router.net_id), tcp=where, **facts)
     for target in gateway.targets:
         net_id = "?" if target.net_id is None else str(target.net_id)
-        tell_event("target", name=target.config.title, net_id=net_id, state=target.state.value)
+        print_event("target", name=target.config.title, net_id=net_id, state=target.state.value)

@@ -40,7 +40,7 @@ def scan(
     from achse.transport.udp import scan
 
     if mqtt is not None:
-        _tell_network(mqtt, timeout, in_json)
+        _report_network(mqtt, timeout, in_json)
         return
 
     own = os.environ.get("ACHSE_HOST")
@@ -79,10 +79,10 @@ def scan(
             ]
         )
     else:
-        fail(f"nobody answers at {', '.join(wanted)}, UDP port {udp_port}")
+        fail(f"no answer at {', '.join(wanted)}, UDP port {udp_port}")
 
 
-def _tell_network(text: str, seconds: float, in_json: bool) -> None:
+def _report_network(text: str, seconds: float, in_json: bool) -> None:
     """Print the routers that are online in a network over MQTT."""
     from achse.ams import AdsError
     from achse.client.links.mqtt_link import routers_of
@@ -107,7 +107,7 @@ def _tell_network(text: str, seconds: float, in_json: bool) -> None:
     elif answers:
         print_table(answers)
     else:
-        fail(f"nobody is online in {settings}")
+        fail(f"no router is online in {settings}")
 
 
 _NOTED = ("net_id", "name", "version", "os_version")

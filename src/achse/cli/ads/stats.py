@@ -180,8 +180,10 @@ def _report_gateway(figures: dict[str, Any], in_json: bool) -> None:
             print(f"{each['name']}: {each['advice']}")
     if clients:
         print()
-        asked = [
+        client_rows = [
             (each["address"], each["peer"] or "-", str(each["requests"]), str(each["errors"]))
             for each in clients
         ]
-        print_table([("client", "from", "requests", "errors"), *asked], right=frozenset({2, 3}))
+        print_table(
+            [("client", "from", "requests", "errors"), *client_rows], right=frozenset({2, 3})
+        )

@@ -229,7 +229,7 @@ async def move(
     if in_json:
         print_json(_course_json(item, order, course))
     else:
-        _tell(item, course, on_terminal() if plot is None else plot)
+        _report(item, course, on_terminal() if plot is None else plot)
     if course.trouble is not None:
         fail(course.trouble)
 
@@ -294,7 +294,7 @@ def draw(course: "Course", wanted: bool) -> None:
         console.print(course.trace.text(min(console.width, 100)))
 
 
-def _tell(item: "NcAxis", course: "Course", drawn: bool) -> None:
+def _report(item: "NcAxis", course: "Course", drawn: bool) -> None:
     """The move in a sentence, and in a picture."""
     trace, unit = course.trace, item.unit
     begin, end = (decimal(trace["actual_position"][place], 3) for place in (0, -1))

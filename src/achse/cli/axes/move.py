@@ -248,7 +248,7 @@ def _in_window(values: Mapping[str, Any]) -> bool:
 
 
 class _Progress:
-    """A bar on stderr while the axis moves; where nobody looks, a line now and then."""
+    """A bar on stderr while the axis moves; without a terminal, a line now and then."""
 
     def __init__(self, axis: NcAxis, errand: Errand) -> None:
         from rich.console import Console

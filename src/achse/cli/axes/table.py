@@ -243,12 +243,12 @@ async def check(
     if not in_json:
         if out is not None:
             print(out)
-        _tell(broken, unit)
+        _report(broken, unit)
     if broken:
         raise typer.Exit(1)
 
 
-def _tell(broken: "list[Violation]", unit: str) -> None:
+def _report(broken: "list[Violation]", unit: str) -> None:
     """Each limit that is broken, in a sentence."""
     for each in broken:
         places = ", ".join(f"{begin:.6g}…{end:.6g}" for begin, end in each.spans[:3])

@@ -16,7 +16,7 @@ _OPEN_READ, _OPEN_WRITE, _CLOSE, _READ, _WRITE, _PROGRESS = range(0xF401, 0xF407
 _PART = 0x4000
 _LONGEST_S = 3600.0
 _LOOK_S = 0.2
-_TOLD = struct.Struct("<4I")
+_PROGRESS_FIELDS = struct.Struct("<4I")
 
 
 async def read_file(slave: "Target", name: str, password: int) -> bytes:
@@ -66,9 +66,9 @@ async def _with_progress(slave: "Target", handle: int, request: Awaitable[bytes]
 
 
 def progress_line(progress: bytes) -> str:
-    """Progress of a file as the slave's port tells it (0xF406)."""
-    done, whole, busy, all_ = _TOLD.unpack_from(progress)
-    words = progress[_TOLD.size :].partition(b"\0")[0].decode("cp1252")
+    """Return the progress line of a file from the data of the slave's port (0xF406)."""
+    done, whole, busy, all_ = _PROGRESS_FIELDS.unpack_from(progress)
+    words = progress[_PROGRESS_FIELDS.size :].partition(b"\0")[0].decode("cp1252")
     line = f"{done} of {whole} bytes" if whole else f"{done} bytes"
     if words or all_:
         line += f", {words or 'busy'}" + (f" {100 * busy // all_} %" if all_ else "")

@@ -74,16 +74,16 @@ def scan(
     from achse.ethercat.master.scanning import scan_bus
 
     devices = _devices(esi or [])
-    found = _on(interface, scan_bus(with_objects=objects, progress=_progress()))
+    found_slaves = _on(interface, scan_bus(with_objects=objects, progress=_progress()))
     if eni is not None:
-        slaves = tuple(described(each.configuration, devices) for each in found)
+        slaves = tuple(described(each.configuration, devices) for each in found_slaves)
         text = write_eni(BusConfiguration(slaves))
         try:
             eni.write_text(text, encoding="utf-8")
         except OSError as trouble:
             fail(f"{eni} cannot be written: {trouble.strerror}")
     if in_json:
-        print_json([_as_json(each) for each in found])
+        print_json([_as_json(each) for each in found_slaves])
         return
     print_table(
         [
@@ -96,7 +96,7 @@ def scan(
                     "yes" if each.facts.has_clock else "no",
                     each.trouble or "none",
                 )
-                for each in found
+                for each in found_slaves
             ),
         ],
         frozenset((5, 6)),

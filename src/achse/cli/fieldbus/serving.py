@@ -15,7 +15,7 @@ import typer
 from achse.cli.failure import fail
 from achse.cli.interrupts import ending_signals
 from achse.cli.options import Duration, set_parameters
-from achse.cli.output import tell_event
+from achse.cli.output import print_event
 from achse.cli.target import SERVED_SLAVES, Json
 
 if TYPE_CHECKING:
@@ -142,7 +142,7 @@ def _serve_slaves(
     real_time: bool,
     duration: float | None,
 ) -> None:
-    """Answer masters of the slaves that `fill` attaches; it returns what the ready line tells."""
+    """Answer masters of the slaves that `fill` attaches; it returns the facts of the ready line."""
     from achse.ethercat import Segment
     from achse.ethercat.ring_segment import RingSegment
     from achse.station.clocks.priority import (
@@ -188,7 +188,7 @@ def _serve_slaves(
         ready = True
         link_name, _, link_at = where.partition("=")
         facts = {link_name: link_at, **details, "control": at}
-        tell_event("ready", what=what, **facts)
+        print_event("ready", what=what, **facts)
         end = math.inf if duration is None else time.monotonic() + duration
         serve_segment(
             segment,

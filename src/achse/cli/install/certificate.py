@@ -52,12 +52,12 @@ def certificate(
     if create and target is not None:
         raise typer.BadParameter("--create makes our own certificate: leave HOST out")
     if create:
-        _tell(_made(_place(folder), name or socket.gethostname()), in_json)
+        _report(_made(_place(folder), name or socket.gethostname()), in_json)
     elif target is not None:
         shown = asyncio.run(_shown_by(secure_target(target, folder)))
-        _tell({"target": target, "fingerprint": shown}, in_json)
+        _report({"target": target, "fingerprint": shown}, in_json)
     else:
-        _tell(_own(_place(folder)), in_json)
+        _report(_own(_place(folder)), in_json)
 
 
 def _made(place: Path, name: str) -> dict[str, str]:
@@ -160,7 +160,7 @@ def _place(folder: Path | None) -> Path:
     return folder or own_folder()
 
 
-def _tell(facts: dict[str, str], in_json: bool) -> None:
+def _report(facts: dict[str, str], in_json: bool) -> None:
     if in_json:
         print_json(facts)
     else:

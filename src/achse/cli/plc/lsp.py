@@ -27,7 +27,7 @@ def lsp() -> None:
 
         fail(needs_extra("achse lsp", "lsp"))
     out = sys.stdout.buffer
-    sys.stdout = sys.stderr  # what anybody prints would be taken for a message
+    sys.stdout = sys.stderr  # printed text would be taken for a message
     from achse import __version__
     from achse.cli.logs import LogFormat, LogLevel, set_up_logs
 

@@ -94,7 +94,7 @@ async def _values(
     for text in texts:
         for expression in (f"{owner}.{text}", text):
             try:
-                answer = await link.ask("evaluate", expression=expression, call=0)
+                answer = await link.request("evaluate", expression=expression, call=0)
             except DebugRefused:
                 continue
             values[text] = {"TRUE": True, "FALSE": False}.get(answer["value"], answer["value"])

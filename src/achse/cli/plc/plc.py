@@ -42,11 +42,11 @@ def _place(text: str) -> tuple[str, int]:
     return path, int(line)
 
 
-async def _ask(link: "DebugLink", do: str, /, **fields: Any) -> Any:
+async def _request(link: "DebugLink", do: str, /, **fields: Any) -> Any:
     from achse.dap.link import DebugRefused
 
     try:
-        return await link.ask(do, **fields)
+        return await link.request(do, **fields)
     except DebugRefused as refusal:
         fail(str(refusal))
 
@@ -89,8 +89,8 @@ async def breakpoints(
         await _set_breakpoint(link, place, condition, hits, in_json)
         return
     if clear is not None:
-        await _ask(link, "clear", number=clear)
-    answer = await _ask(link, "breaks")
+        await _request(link, "clear", number=clear)
+    answer = await _request(link, "breaks")
     if in_json:
         print_json(answer)
         return
@@ -102,7 +102,7 @@ async def _set_breakpoint(
     link: "DebugLink", place: str, condition: str, hits: int, in_json: bool
 ) -> None:
     path, line = _place(place)
-    answer = await _ask(link, "break", path=path, line=line, condition=condition, hits=hits)
+    answer = await _request(link, "break", path=path, line=line, condition=condition, hits=hits)
     if in_json:
         print_json(answer)
     else:
@@ -135,10 +135,10 @@ async def go_on(
     """Go on after a breakpoint, or end debugging."""
     link = _link(client, plc)
     if end:
-        await _ask(link, "end")
-        _tell(await _ask(link, "state"), in_json)
+        await _request(link, "end")
+        _report(await _request(link, "state"), in_json)
     else:
-        _tell(await _ask(link, "go"), in_json)
+        _report(await _request(link, "go"), in_json)
 
 
 @client_command(plc, STATION_PORT)
@@ -153,11 +153,11 @@ async def step(
     if into and out:
         raise typer.BadParameter("--in or --out, not both")
     link = _link(client, plc)
-    if (await _ask(link, "state"))["state"] == "run":
-        state = await _ask(link, "pause")
+    if (await _request(link, "state"))["state"] == "run":
+        state = await _request(link, "pause")
     else:
-        state = await _ask(link, "step", how="into" if into else "out" if out else "over")
-    _tell(await _until_halted(link, state), in_json)
+        state = await _request(link, "step", how="into" if into else "out" if out else "over")
+    _report(await _until_halted(link, state), in_json)
 
 
 async def _until_halted(link: "DebugLink", state: dict[str, Any]) -> dict[str, Any]:
@@ -166,7 +166,7 @@ async def _until_halted(link: "DebugLink", state: dict[str, Any]) -> dict[str, A
     while state["state"] == "run" and waited < _PATIENCE:
         await asyncio.sleep(_PAUSE)
         waited += _PAUSE
-        state = await _ask(link, "state")
+        state = await _request(link, "state")
     return state
 
 
@@ -197,10 +197,10 @@ async def show(
         await _where(link, in_json)
         return
     answers = [
-        await _ask(link, "evaluate", expression=text, call=call) for text in expressions or ()
+        await _request(link, "evaluate", expression=text, call=call) for text in expressions or ()
     ]
     for scope in ("locals", "instance", "unit") if variables else ():
-        answers += await _ask(link, "variables", scope=scope, call=call)
+        answers += await _request(link, "variables", scope=scope, call=call)
     if in_json:
         print_json(answers)
     elif answers:
@@ -209,12 +209,12 @@ async def show(
 
 async def _where(link: "DebugLink", in_json: bool) -> None:
     """Print the state of the PLC, and its calls."""
-    state = await _ask(link, "state")
-    calls = await _ask(link, "calls")
+    state = await _request(link, "state")
+    calls = await _request(link, "calls")
     if in_json:
         print_json({**state, "calls": calls})
         return
-    _tell(state, in_json)
+    _report(state, in_json)
     for call in calls:
         print(f"  {call['number']}  {call['routine']}  {_shown_place(call)}")
 
@@ -229,14 +229,14 @@ async def set_value(
     in_json: Json = False,
 ) -> None:
     """Give a variable a value, that of a call at a breakpoint too."""
-    answer = await _ask(_link(client, plc), "set", target=target, value=value, call=call)
+    answer = await _request(_link(client, plc), "set", target=target, value=value, call=call)
     if in_json:
         print_json(answer)
     else:
         print(f"{target} = {answer['value']}")
 
 
-def _tell(state: dict[str, Any], in_json: bool) -> None:
+def _report(state: dict[str, Any], in_json: bool) -> None:
     if in_json:
         print_json(state)
         return

@@ -237,12 +237,12 @@ def _of_running(port: int) -> "SymbolFile":
     from achse.cli.interrupts import Interrupted, run
     from achse.client import connect
 
-    async def ask() -> "SymbolFile":
+    async def query() -> "SymbolFile":
         async with connect(port=port, reconnect=False, watch_symbols=False) as client:
             return await _of_target(client, str(client.address))
 
     try:
-        return run(ask())
+        return run(query())
     except AdsError as refusal:
         fail_to_connect(refusal, os.environ.get("ACHSE_HOST", "127.0.0.1"), 0)
     except Interrupted as interrupted:
@@ -281,7 +281,7 @@ def _of_origin(origin: Path) -> "SymbolFile":
 
 
 def _plc_table(origin: Path, to: Path, port: int) -> str:
-    """The `[[plc]]` table for a station.toml beside which `origin` lies."""
+    """The `[[plc]]` table for a station.toml beside `origin`."""
     from achse.st.files.forms import Content, has_content
 
     key = "symbols" if has_content(origin, Content.SYMBOLS) else "sources"
@@ -294,7 +294,7 @@ def _plc_table(origin: Path, to: Path, port: int) -> str:
 
 
 def _check_ending(file: Path, *others: str) -> None:
-    """Refuse a name whose ending says another kind of file: it could be somebody's source."""
+    """Refuse a name whose ending says another kind of file: it could be a source of the user."""
     endings = (*others, *_ROOTS)
     if file.suffix.lower() not in endings:
         listed = f"{', '.join(endings[:-1])} or {endings[-1]}"

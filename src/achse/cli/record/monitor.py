@@ -12,7 +12,7 @@ import typer
 
 from achse.cli.failure import fail
 from achse.cli.options import Count, Duration
-from achse.cli.output import print_json, tell_event, visible
+from achse.cli.output import print_event, print_json, visible
 from achse.cli.target import STATION_PORT, Json, fail_to_connect
 
 if TYPE_CHECKING:
@@ -248,7 +248,7 @@ async def _watching(
 ) -> AsyncIterator[None]:
     """Call `see` with all that passes: the station's own tap, or a relay in front of `via`.
 
-    The devices `asked` behind it tell their symbols first.
+    The symbols of `devices` behind it are read first.
     """
     if via is None:
         async with _station_tap(host, tcp_port, see, decoder):
@@ -256,7 +256,7 @@ async def _watching(
     else:
         where = _endpoint(via)
         if decoder is not None:
-            await _ask(where, devices, decoder)
+            await _request(where, devices, decoder)
         async with _relay(host, tcp_port, where, see):
             yield
 
@@ -281,7 +281,9 @@ def _device(text: str) -> "AmsAddress":
         raise typer.BadParameter(str(fault), param_hint="--ask") from None
 
 
-async def _ask(via: tuple[str, int], devices: "Sequence[AmsAddress]", decoder: "Decoder") -> None:
+async def _request(
+    via: tuple[str, int], devices: "Sequence[AmsAddress]", decoder: "Decoder"
+) -> None:
     """Let devices tell their symbols.
 
     The connection ends before those of clients begin: real routers have room for one per host.
@@ -308,7 +310,7 @@ async def _relay(
         await relay.open(host, tcp_port)
     except OSError as failure:
         fail(f"cannot listen on {host}:{tcp_port}: {reason(failure)} (another address: --host)")
-    tell_event("ready", tap=f"{relay.host}:{relay.port}", via=f"{via[0]}:{via[1]}")
+    print_event("ready", tap=f"{relay.host}:{relay.port}", via=f"{via[0]}:{via[1]}")
     try:
         yield
     finally:
@@ -366,12 +368,12 @@ async def _station_tap(
         assert watcher is not None
         fetching = asyncio.create_task(fetch())
         fetching.add_done_callback(lambda _: ending.is_set() or watcher.cancel())
-        tell_event("ready", tap="station")
+        print_event("ready", tap="station")
         try:
             yield
         except asyncio.CancelledError:
             if fetching.done():
-                fetching.result()  # what ended it is told
+                fetching.result()  # its error is reported
             raise
         finally:
             ending.set()
@@ -400,7 +402,7 @@ def run_until_ended(job: Coroutine[Any, Any, None], host: str, tcp_port: int) ->
         run(job)
     except AdsError as refusal:
         fail_to_connect(refusal, host, tcp_port)
-    except BrokenPipeError:  # who read has gone, as `head` does
+    except BrokenPipeError:  # the reader has ended, as `head` does
         raise
     except OSError as failure:
         fail(f"{failure.filename}: {failure.strerror}" if failure.filename else str(failure))

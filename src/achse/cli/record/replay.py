@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from achse.cli.failure import fail
-from achse.cli.output import print_json, tell_event
+from achse.cli.output import print_event, print_json
 from achse.cli.record.monitor import TcpPort, run_until_ended
 from achse.cli.target import Json
 
@@ -56,7 +56,7 @@ async def _replay(recording: "Recording", host: str, tcp_port: int) -> None:
     target = Replay(recording)
     try:
         async with target.serving(host, tcp_port) as listener:
-            tell_event(
+            print_event(
                 "ready",
                 net_id=str(recording.net_id),
                 tcp=f"{listener.host}:{listener.port}",

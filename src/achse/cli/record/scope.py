@@ -9,7 +9,7 @@ import typer
 
 from achse.cli.failure import fail
 from achse.cli.options import Duration
-from achse.cli.output import on_terminal, print_json, print_table, tell_event
+from achse.cli.output import on_terminal, print_event, print_json, print_table
 from achse.cli.target import Json, client_command
 
 if TYPE_CHECKING:
@@ -79,7 +79,7 @@ async def record(
             name=file.stem,
         )
         async with scope_of(client, definition) as remote:
-            tell_event("recording", scope=str(remote.number))
+            print_event("recording", scope=str(remote.number))
             if trigger:
                 data, lost = await _around_trigger(remote), 0
             else:
@@ -185,7 +185,7 @@ async def show(
             _show(data, in_json)
         else:
             _save(data, to)
-            _tell_saved(data, to, in_json)
+            _report_saved(data, to, in_json)
 
 
 async def _list(client: "Client", in_json: bool) -> None:
@@ -298,7 +298,7 @@ def _show(data: "ScopeData", as_json: bool) -> None:
         )  # fmt: skip
 
 
-def _tell_saved(data: "ScopeData", file: Path, as_json: bool) -> None:
+def _report_saved(data: "ScopeData", file: Path, as_json: bool) -> None:
     if as_json:
         print_json({"file": str(file), "channels": len(data), "samples": _samples(data)})
     else:

@@ -141,7 +141,7 @@ def _station() -> Iterator[tuple[dict[str, str], str]]:
             assert process.stdout is not None
             try:
                 facts = [json.loads(process.stdout.readline()) for _ in range(1 + with_page)]
-            except ValueError:  # it has told why
+            except ValueError:  # it has reported the reason
                 raise typer.Exit(process.wait() or 1) from None
             tcp_port = facts[0]["tcp"].rpartition(":")[2]
             env = os.environ | {"ACHSE_HOST": "127.0.0.1", "ACHSE_TCP_PORT": tcp_port}

@@ -83,7 +83,7 @@ class DetachedStation(NamedTuple):
         try:
             namespace = Path("/proc") / str(self._pid_here()) / "ns" / "net"
             other = namespace.readlink() != Path("/proc/self/ns/net").readlink()
-        except OSError:  # no namespaces here, it has ended, or it is somebody else's
+        except OSError:  # no namespaces here, it has ended, or it is another user's
             return
         if other:
             _use_namespace(namespace)
@@ -152,7 +152,9 @@ def runtime_folder() -> Path:
     folder = _made(Path(tempfile.gettempdir()) / f"achse-{user}")
     state = folder.lstat()
     if not stat.S_ISDIR(state.st_mode) or state.st_uid != user or state.st_mode & 0o022:
-        fail(f"{folder} is somebody else's; say another one: ACHSE_RUNTIME_DIR", name="NOT_OURS")
+        fail(
+            f"{folder} belongs to another user; set another one: ACHSE_RUNTIME_DIR", name="NOT_OURS"
+        )
     return folder
 
 
@@ -199,7 +201,7 @@ def _log_of(folder: Path, pid: int) -> Path:
     return folder / f"{_TAKEN}{pid}.log"
 
 
-# who starts, waits and stops ---------------------------------------------------------------------
+# start, wait and stop ----------------------------------------------------------------------------
 
 
 def detached_stations() -> list[DetachedStation]:
@@ -245,9 +247,9 @@ def start(arguments: Sequence[str], seconds: float) -> None:
     end = time.monotonic() + seconds
     with ending(lambda _: process.terminate()):  # Ctrl-C meanwhile: nothing is left behind
         _await_record(record, process, log, end, seconds)
-    process.returncode = 0  # nobody waits for it: it is meant to go on
+    process.returncode = 0  # no wait for it: it is meant to go on
     station = DetachedStation(**json.loads(record.read_text(encoding="utf-8")))
-    _tell(station, f"achse ready net_id={station.net_id} tcp={station.address}")
+    _report(station, f"achse ready net_id={station.net_id} tcp={station.address}")
 
 
 def _await_record(
@@ -273,7 +275,7 @@ def own_session() -> dict[str, Any]:
     return {"start_new_session": True}
 
 
-def _tell(station: DetachedStation, sentence: str) -> None:
+def _report(station: DetachedStation, sentence: str) -> None:
     if in_json():
         print_json(station._asdict())
     else:

@@ -15,11 +15,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from achse.cli.failure import fail, tell
+from achse.cli.failure import fail, print_failure
 from achse.cli.interrupts import ending
 from achse.cli.logs import LogFormat, LogLevel, set_up_logs
 from achse.cli.options import EndWithin, LetEverybodyIn, ReadyWithin
-from achse.cli.output import on_terminal, print_json, print_table, tell_event
+from achse.cli.output import on_terminal, print_event, print_json, print_table
 from achse.cli.start.detached import own_session, runtime_folder
 from achse.cli.start.fleet_export import FleetFile, export
 from achse.cli.start.fleet_record import (
@@ -273,7 +273,7 @@ async def _serve(
                 sys.stdout.flush()
         elif facts["event"] == "ready":
             one = plan.station(facts["station"])
-            tell_event("ready", name=one.name, net_id=str(one.net_id), tcp=facts["address"])
+            print_event("ready", name=one.name, net_id=str(one.net_id), tcp=facts["address"])
 
     def end(_: int) -> None:
         with contextlib.suppress(RuntimeError):  # the loop is closed
@@ -455,11 +455,11 @@ async def _show(plan: "FleetPlan", supervisor: "FleetSupervisor") -> None:
     failed = [each for each in supervisor.processes if each.has_failed]
     for process in failed:
         log = supervisor.log_of(process.numbers[0])
-        tell("\n".join([f"{process.stations[0].name} did not start:", *_last_lines(log)]))
+        print_failure("\n".join([f"{process.stations[0].name} did not start:", *_last_lines(log)]))
     if len(failed) == len(supervisor.processes):
         supervisor.stop()
         return
-    tell_event(
+    print_event(
         "ready",
         fleet=plan.name,
         stations=str(len(plan.stations) - sum(len(each.stations) for each in failed)),
@@ -498,9 +498,9 @@ def _start(plan: "FleetPlan", broker: str | None, seconds: float) -> None:
     end = time.monotonic() + seconds
     with ending(lambda _: process.terminate()):  # Ctrl-C meanwhile: nothing is left behind
         rows = _await_stations(process, log, end, seconds)
-    process.returncode = 0  # nobody waits for it: it is meant to go on
+    process.returncode = 0  # no wait for it: it is meant to go on
     record = the_fleet(plan.name)
-    tell_event(
+    print_event(
         "ready",
         fleet=plan.name,
         stations=f"{sum(row['state'] != 'failed' for row in rows)}",

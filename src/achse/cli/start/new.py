@@ -246,7 +246,7 @@ def _axis(number: int, name: str, *, first: bool) -> Iterator[str]:
 def _table(
     head: str, model: "type[BaseModel]", values: dict[str, Any] | None = None
 ) -> Iterator[str]:
-    """A table with the keys `given`, and all others of the model in comments."""
+    """Yield a table with the keys of `values`, and all others of the model in comments."""
     yield f"\n{head}\n"
     for key, value in (values or {}).items():
         yield f"{key} = {json.dumps(value)}\n"

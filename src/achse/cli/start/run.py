@@ -20,7 +20,7 @@ from achse.cli.failure import fail, in_json
 from achse.cli.interrupts import ending_signals, serve
 from achse.cli.logs import LogFormat, LogLevel, set_up_logs
 from achse.cli.options import LetEverybodyIn, ListenHost, ListenPort, Logged, LoggedAs, ReadyWithin
-from achse.cli.output import on_terminal, tell_event
+from achse.cli.output import on_terminal, print_event
 from achse.cli.process import loop_factory, raise_file_limit
 from achse.cli.service_manager import announced
 from achse.cli.start import detached
@@ -271,9 +271,9 @@ async def _until_ended(
     to_the_end.enter_context(
         detached.recorded(station.config.name, running.host, running.tcp_port, facts["net_id"])
     )
-    _tell_facts("ready", facts)
+    _print_facts("ready", facts)
     if web is not None:
-        _tell_facts("web", {"url": web.url})
+        _print_facts("web", {"url": web.url})
     if on_terminal() and not in_json():
         axes = [each.name for each in station.config.axis]
         print(*next_steps(running.host, running.tcp_port, axes, web.url if web else None), sep="\n")
@@ -287,7 +287,7 @@ async def _until_ended(
         return
     finished.result()
     if duration is not None:
-        _tell_facts("done", {"t": f"{station.time_ns / 1e9:.9g}", "state": station.digest()})
+        _print_facts("done", {"t": f"{station.time_ns / 1e9:.9g}", "state": station.digest()})
 
 
 def _listens_at(running: "RunningStation") -> dict[str, str]:
@@ -306,10 +306,10 @@ def _endpoint(host: str, tcp_port: int) -> str:
     return f"[{host}]:{tcp_port}" if ":" in host else f"{host}:{tcp_port}"
 
 
-def _tell_facts(event: str, facts: Mapping[str, str]) -> None:
-    """One line on stdout; a station that runs does not end because nobody can take it."""
+def _print_facts(event: str, facts: Mapping[str, str]) -> None:
+    """Print one line on stdout; a closed stdout does not end a running station."""
     try:
-        tell_event(event, **facts)
+        print_event(event, **facts)
     except OSError as failure:
         log.warning("stdout cannot be written: %s", failure.strerror)
         sys.stdout = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115, to the end

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from achse.cli.failure import fail
-from achse.cli.output import tell_event
+from achse.cli.output import print_event
 from achse.cli.target import Json, client_command
 
 if TYPE_CHECKING:
@@ -65,13 +65,13 @@ async def web(
         read_only=read_only,
     )
     async with served_web(client, settings, "", ALL_RIGHTS) as server:
-        tell_web(server)
+        print_web(server)
         await asyncio.Event().wait()
 
 
-def tell_web(server: "WebServer") -> None:
+def print_web(server: "WebServer") -> None:
     """The address to open, as a line of its own."""
-    tell_event("web", url=server.url)
+    print_event("web", url=server.url)
 
 
 @contextlib.asynccontextmanager

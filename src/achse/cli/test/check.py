@@ -118,7 +118,7 @@ def check(
 
         check_station(file, report is ReportFormat.JSON)
     if machine and report is ReportFormat.TEXT:
-        _tell_plain(file, library or [], is_project)
+        _report_plain(file, library or [], is_project)
 
 
 def _watch(file: Path, libraries: list[Path], defines: list[str], check_all: bool) -> None:
@@ -133,7 +133,7 @@ def _watch(file: Path, libraries: list[Path], defines: list[str], check_all: boo
     watch_project(file, libraries, defines, check_all=check_all, show=shown, pause=time.sleep)
 
 
-def _tell_plain(file: Path, libraries: list[Path], is_project: bool) -> None:
+def _report_plain(file: Path, libraries: list[Path], is_project: bool) -> None:
     """Print the routines of the PLCs that stay plain Python beside machine code, and the
     reasons."""
     from achse.station import ConfigError, Station

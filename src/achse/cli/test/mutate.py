@@ -76,11 +76,11 @@ def mutate(
         fail(str(failure), name="INVALID_FILE")
     except (ProjectError, TcUnitMissing) as refusal:
         fail(str(refusal))
-    if not _tell(run, report or [], fail_under, verbose):
+    if not _report(run, report or [], fail_under, verbose):
         raise typer.Exit(1)
 
 
-def _tell(run: "MutationRun", files: list[Path], least: float | None, verbose: bool) -> bool:
+def _report(run: "MutationRun", files: list[Path], least: float | None, verbose: bool) -> bool:
     """Print and write results; return False if the tests notice less than the least."""
     from achse.tcunit.mutation.report import report_of, summary_of
 

@@ -198,12 +198,12 @@ def _campaign(
         if rows:
             print(seed_line(row), flush=True)
         if failure is not None and not quiet:
-            _tell(failure, names)
+            _report(failure, names)
             sys.stdout.flush()
     return campaign
 
 
-def _tell(failure: "FailedSeed", names: _Names) -> None:
+def _report(failure: "FailedSeed", names: _Names) -> None:
     from achse.swarm.outcome import BrokenInvariant
 
     broken = BrokenInvariant(failure.invariant, failure.what)

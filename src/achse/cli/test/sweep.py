@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 _MOST_ROWS = 40
 """Of the summary; the file has all."""
 
-_MOST_TOLD = 5
+_MOST_REPORTED = 5
 """Runs that failed, with their reason."""
 
 
@@ -67,7 +67,7 @@ def sweep(
     except SweepError as fault:
         raise typer.BadParameter(str(fault), param_hint="--param") from None
     file = out or scenario.with_suffix(".parquet")
-    # Ctrl-C ends all at once: what processes shared goes with them, and nobody needs to be told.
+    # Ctrl-C ends all at once: what processes shared goes with them, and no process needs a message.
     sys.warnoptions.append("ignore:resource_tracker:UserWarning")
     try:
         with _Progress(in_json) as tell:
@@ -89,7 +89,7 @@ def sweep(
     if in_json:
         print_json(_facts(result))
     else:
-        _tell(result, [each.name for each in parameters])
+        _report(result, [each.name for each in parameters])
 
 
 def _facts(result: "Sweep") -> dict[str, Any]:
@@ -143,7 +143,7 @@ class _Progress:
             self._bar.update(self._task, completed=done, total=total)
 
 
-def _tell(result: "Sweep", names: list[str]) -> None:
+def _report(result: "Sweep", names: list[str]) -> None:
     groups: dict[tuple[Any, ...], list[dict[str, Any]]] = defaultdict(list)
     for row in result.rows:
         if not row["error"]:
@@ -165,7 +165,7 @@ def _tell(result: "Sweep", names: list[str]) -> None:
     print_table(table)
     if len(groups) > _MOST_ROWS:
         print(f"… {len(groups) - _MOST_ROWS} further combinations are in the file")
-    for row in result.failed[:_MOST_TOLD]:
+    for row in result.failed[:_MOST_REPORTED]:
         print(f"run {row['run']} failed: {row['error']}")
     print(
         f"{len(result.rows)} runs, {len(result.failed)} failed, {result.seconds:.1f} s with"

@@ -96,12 +96,12 @@ def run_unit_tests(
         write_reports([junit], lambda _: junit_xml(run))
     is_enough = True
     if run.coverage is not None:
-        is_enough = _tell_coverage(run.coverage, coverage, coverage_report or [], fail_under)
+        is_enough = _report_coverage(run.coverage, coverage, coverage_report or [], fail_under)
     if not run.is_good or not is_enough:
         raise typer.Exit(1)
 
 
-def _tell_coverage(
+def _report_coverage(
     result: "CoverageResult", shows: bool, files: list[Path], least: float | None
 ) -> bool:
     """Print and write coverage; return False if it is below the least."""
