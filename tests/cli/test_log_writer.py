@@ -121,7 +121,9 @@ def test_what_nobody_reads_is_dropped_counted_and_told() -> None:
         lines = heard.decode().splitlines()
         numbers = [int(line[5:10]) for line in lines if line.startswith("line")]
         assert numbers == list(range(len(numbers)))
-        (told,) = re.findall(r"(\d+) lines were dropped: the reader of the log stalled", heard.decode())
+        (told,) = re.findall(
+            r"(\d+) lines were dropped: the reader of the log stalled", heard.decode()
+        )
         # What was logged while the reader came back may be among those that were dropped.
         assert int(told) == writer.dropped
         assert 0 <= writer.dropped - (30_000 - len(numbers)) <= back

@@ -21,7 +21,7 @@ from achse.ams.discovery import (
 )
 from achse.router.access import PasswordHash, Users
 from achse.router.routes import Route, RouteTable
-from achse.transport.udp import DiscoveryEndpoint, ask, change_route, scan
+from achse.transport.udp import DiscoveryEndpoint, change_route, query, scan
 
 OURS = NetId("5.1.2.3.1.1")
 THEIRS = NetId("10.0.0.7.1.1")
@@ -58,7 +58,7 @@ async def test_a_search_finds_the_router_and_keeps_its_invoke_id() -> None:
             (INFO, "127.0.0.1")
         ]
         question = info_request(ANYBODY)._replace(invoke_id=77)
-        async for answer, _ in ask(["127.0.0.1"], question, seconds=1, port=router.port):
+        async for answer, _ in query(["127.0.0.1"], question, seconds=1, port=router.port):
             assert answer.invoke_id == 77
             break
 
@@ -152,7 +152,7 @@ async def test_flood_of_refused_route_requests_leaves_few_lines(
 async def test_other_services_are_not_supported_and_answers_not_answered() -> None:
     async with endpoint() as router:
         other = DiscoveryPacket(99, AmsAddress.of(ANYBODY, 10_000))
-        async for answer, _ in ask(["127.0.0.1"], other, seconds=1, port=router.port):
+        async for answer, _ in query(["127.0.0.1"], other, seconds=1, port=router.port):
             assert status_of(answer) == 0x701
             break
         sent: list[Any] = []

@@ -151,7 +151,7 @@ def connect(
 ) -> Client:
     """Connect to the device at AMS `port` behind a router; see `achse.connect`.
 
-    Raises `ConnectionLost` if nobody answers there.
+    Raises `ConnectionLost` if there is no answer.
     """
     connecting = client.connect(
         host,

@@ -23,7 +23,7 @@ class LoopThread:
         self._loop.close()
 
     def run(self, job: Coroutine[Any, Any, V]) -> V:
-        """The result of `job`. Anyone who gives up waiting (Ctrl-C) cancels it."""
+        """Return the result of `job`; an interrupted wait (Ctrl-C) cancels it."""
         if self._loop.is_closed():
             job.close()
             raise RuntimeError("this client is closed")

@@ -131,25 +131,25 @@ class RemoteScope(ClosedByBlock):
         """Make it at the station, if it is not there."""
         if not self.number and self._definition is not None:
             text = json.dumps(self._definition.document()).encode()
-            self.number = int((await self._ask(0, text))["scope"])
+            self.number = int((await self._request(0, text))["scope"])
 
     async def close(self) -> None:
         """End it, with what it has recorded, if it is one's own."""
         if self.number and self._definition is not None:
             number, self.number = self.number, 0
-            await self._ask(number, ScopeCommand.CLOSE.encode())
+            await self._request(number, ScopeCommand.CLOSE.encode())
 
     async def start(self) -> dict[str, Any]:
         """Record from the next cycle on; the state."""
-        return await self._ask(self._made(), ScopeCommand.START.encode())
+        return await self._request(self._made(), ScopeCommand.START.encode())
 
     async def stop(self) -> dict[str, Any]:
         """Record no more; what there is stays; the state."""
-        return await self._ask(self._made(), ScopeCommand.STOP.encode())
+        return await self._request(self._made(), ScopeCommand.STOP.encode())
 
     async def trigger(self) -> dict[str, Any]:
         """The moment is now; the state."""
-        return await self._ask(self._made(), ScopeCommand.TRIGGER.encode())
+        return await self._request(self._made(), ScopeCommand.TRIGGER.encode())
 
     async def facts(self) -> dict[str, Any]:
         """The state: `state` is offline, recording, triggered or done; times in Unix ns."""
@@ -165,7 +165,7 @@ class RemoteScope(ClosedByBlock):
         advance = self._server.session.advance
         async with asyncio.timeout(within):
             while True:
-                state = (await self._ask(self._made(), ScopeCommand.PROGRESS.encode()))["state"]
+                state = (await self._request(self._made(), ScopeCommand.PROGRESS.encode()))["state"]
                 if state == "done":
                     return await self.facts()
                 if state == "offline":
@@ -192,7 +192,7 @@ class RemoteScope(ClosedByBlock):
         seen: dict[int, int] = {}
         groups = (await self.facts())["channel_groups"]
         while True:
-            progress = await self._ask(self._made(), ScopeCommand.PROGRESS.encode())
+            progress = await self._request(self._made(), ScopeCommand.PROGRESS.encode())
             for number, (group, now) in enumerate(
                 zip(groups, progress["channel_groups"], strict=True)
             ):
@@ -236,7 +236,7 @@ class RemoteScope(ClosedByBlock):
         [chunk] = chunks_in(answer, {number: width})
         return ScopeRows(*chunk, lost=chunk.first - first)
 
-    async def _ask(self, number: int, data: bytes) -> dict[str, Any]:
+    async def _request(self, number: int, data: bytes) -> dict[str, Any]:
         answer = await self._server.read_write_raw(ScopeGroup.SCOPES, number, _LONGEST_TEXT, data)
         facts: dict[str, Any] = json.loads(answer)
         if "error" in facts:

@@ -51,7 +51,7 @@ SendWhen = Literal["change", "cycle"] | TransmissionMode
 
 
 def transmission_mode(send: SendWhen) -> TransmissionMode:
-    """The mode that a word stands for."""
+    """Return the mode that a word names."""
     if send == "change":
         return TransmissionMode.SERVER_ON_CHANGE
     if send == "cycle":
@@ -75,7 +75,7 @@ class Target(RawTarget):
     fetched when first needed and kept until the device says that they changed. Everything may be
     used by any number of tasks at once, and every request may be cancelled.
 
-    Raises, all `AdsError`: `DeviceError` (the device refused), `RouterError` (nobody is there),
+    Raises, all `AdsError`: `DeviceError` (the device refused), `RouterError` (no device is there),
     `RequestTimeout`, `ConnectionLost`; `IecValueError` for a value that does not fit the type.
     """
 
@@ -164,7 +164,7 @@ class Target(RawTarget):
         await self._at(name, "write", write)
 
     async def _at(self, name: str, verb: str, act: Callable[[VariableLocation], Awaitable[V]]) -> V:
-        """Do `act` where `name` lies; once more if it turns out to lie elsewhere now."""
+        """Do `act` at the place of `name`; repeat it if the place has changed."""
         place = self._book.known(name)
         if place is None:
             place = await self._soon(self._book.place(name))

@@ -163,7 +163,7 @@ class FleetSupervisor:
             process.ordered = True
             self._policies[process.place].forget()
             process.go_on.set()
-            self._tell_to_end(process)
+            self._request_end(process)
         await asyncio.gather(*(process.ready.wait() for process in chosen))
         return [number for process in chosen for number in process.numbers]
 
@@ -237,7 +237,7 @@ class FleetSupervisor:
             except OSError as failure:
                 return False, str(failure)
             process.child, process.pid = child, child.pid
-            end = asyncio.create_task(self._end_when_told(process, child))
+            end = asyncio.create_task(self._end_on_request(process, child))
             while len(ready) < len(process.stations) and (line := await _line(child)):
                 self._hear(process, line, ready)
             if len(ready) == len(process.stations):
@@ -290,7 +290,7 @@ class FleetSupervisor:
         process.heard_s = self._clock()
         process.heard += 1
 
-    def _tell_to_end(self, process: FleetProcess) -> None:
+    def _request_end(self, process: FleetProcess) -> None:
         child = process.child
         if child is None or child.returncode is not None or child.stdin is None:
             return
@@ -300,12 +300,12 @@ class FleetSupervisor:
         waiting = asyncio.ensure_future(child.wait())
         waiting.add_done_callback(lambda _: killer.cancel())
 
-    async def _end_when_told(
+    async def _end_on_request(
         self, process: FleetProcess, child: asyncio.subprocess.Process
     ) -> None:
         await self._stopping.wait()
         if process.child is child:
-            self._tell_to_end(process)
+            self._request_end(process)
 
     # what is shown ----------------------------------------------------------------------------
 

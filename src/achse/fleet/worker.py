@@ -87,7 +87,7 @@ async def serve(
             where = f"{running.host}:{running.tcp_port}" if running.tcp_port else ""
             tell({"event": "ready", "station": number, "address": where})
         ends = [asyncio.create_task(running.finished()) for _, _, running in served]
-        telling = asyncio.create_task(_tell_figures(served, tell, every_s))
+        telling = asyncio.create_task(_send_figures(served, tell, every_s))
         stopped = asyncio.create_task(stop.wait())
         try:
             done, _ = await asyncio.wait(
@@ -101,7 +101,7 @@ async def serve(
             await asyncio.gather(*ends, telling, stopped, return_exceptions=True)
 
 
-async def _tell_figures(
+async def _send_figures(
     served: Sequence[tuple[int, Station, RunningStation]], tell: Tell, every_s: float
 ) -> None:
     while True:

@@ -181,7 +181,7 @@ class RouteTable:
         self, routes: Iterable[Route] = (), *, own: Iterable[NetId] = (), limit: int = 1024
     ) -> None:
         self.limit = limit
-        self.keep: Callable[[Sequence[Route]], None] = _not_kept
+        self.keep: Callable[[Sequence[Route]], None] = _keep_nothing
         self.look_up: Callable[[str], None] = _not_looked_up
         self.rights_of_others: Right = ALL_RIGHTS
         """Rights of admitted senders without a route."""
@@ -323,7 +323,7 @@ class RouteTable:
         return self.rights_of_others if route is None else route.rights
 
 
-def _not_kept(_: Sequence[Route]) -> None:
+def _keep_nothing(_: Sequence[Route]) -> None:
     """The table lasts as long as the program."""
 
 

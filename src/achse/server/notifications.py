@@ -133,7 +133,7 @@ class Notifications(Scheduled):
         """The addresses that hold subscriptions."""
         return self._clients
 
-    def held_by(self, client: bytes) -> int:
+    def subscriptions_of(self, client: bytes) -> int:
         """Return the number of subscriptions of a client."""
         holding = self._clients.get(client)
         return 0 if holding is None else holding.count

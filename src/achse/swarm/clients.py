@@ -184,22 +184,22 @@ class Client:
         data = encode_service(group, name, numbers)
         if service.answer is not None and not service.writable:
             sizes = struct.pack("<II", service.answer.size, len(data))
-            self._ask(Command.READ_WRITE, place + sizes + data, NC_PORT, name)
+            self._request(Command.READ_WRITE, place + sizes + data, NC_PORT, name)
         else:
-            self._ask(Command.WRITE, place + struct.pack("<I", len(data)) + data, NC_PORT, name)
+            self._request(Command.WRITE, place + struct.pack("<I", len(data)) + data, NC_PORT, name)
 
     def channel(self, group: int, id: int, name: str, value: str | Sequence[float]) -> None:
         """Write a service of a channel or group: a text or numbers."""
         row = named_rows(group)[name]
         data = encode_service(group, name, value)
         where = struct.pack("<3I", group + id, row.offset, len(data))
-        self._ask(Command.WRITE, where + data, NC_PORT, name)
+        self._request(Command.WRITE, where + data, NC_PORT, name)
 
     def ratios(self, axis: int, numbers: Sequence[float]) -> None:
         """Write the gear ratios of the cyclic interface of an axis."""
         group, offset, data = encode_ratios(axis, numbers)
         where = struct.pack("<3I", group, offset, len(data))
-        self._ask(Command.WRITE, where + data, NC_PORT, "gear ratios")
+        self._request(Command.WRITE, where + data, NC_PORT, "gear ratios")
 
     def handle(self, name: int) -> None:
         """Request a handle of the variable with this number."""
@@ -212,7 +212,7 @@ class Client:
                 self._handles.append((int.from_bytes(data[4:8], "little"), text))
                 del self._handles[:-_MOST_KEPT]
 
-        self._ask(Command.READ_WRITE, where + key, PLC_PORT, f"handle of {text}", keep)
+        self._request(Command.READ_WRITE, where + key, PLC_PORT, f"handle of {text}", keep)
 
     def use(self, slot: int, value: int | None) -> None:
         """Read the variable of a handle, or write a number to it."""
@@ -221,9 +221,11 @@ class Client:
         handle, name = self._handles[slot % len(self._handles)]
         where = struct.pack("<3I", ReservedGroup.SYMBOL_VALUE_BY_HANDLE, handle, 4)
         if value is None:
-            self._ask(Command.READ, where, PLC_PORT, f"read {name}")
+            self._request(Command.READ, where, PLC_PORT, f"read {name}")
         else:
-            self._ask(Command.WRITE, where + struct.pack("<I", value), PLC_PORT, f"write {name}")
+            self._request(
+                Command.WRITE, where + struct.pack("<I", value), PLC_PORT, f"write {name}"
+            )
 
     def release(self, slot: int) -> None:
         """Give a handle back."""
@@ -231,7 +233,7 @@ class Client:
             return
         handle, name = self._handles.pop(slot % len(self._handles))
         where = struct.pack("<4I", ReservedGroup.RELEASE_SYMBOL_HANDLE, 0, 4, handle)
-        self._ask(Command.WRITE, where, PLC_PORT, f"release {name}")
+        self._request(Command.WRITE, where, PLC_PORT, f"release {name}")
 
     def subscribe(self, slot: int, cyclic: bool, cycle_ns: int, delay_ns: int) -> None:
         """Subscribe to the variable of a handle."""
@@ -270,7 +272,7 @@ class Client:
             page.add(place, Subscription(cycle_ns if cyclic else 0, delay_ns, now), sent_ns)
             self._subscribed.append(place)
 
-        self._ask(Command.ADD_NOTIFICATION, data, port, f"subscribe to {what}", keep)
+        self._request(Command.ADD_NOTIFICATION, data, port, f"subscribe to {what}", keep)
 
     def unsubscribe(self, slot: int) -> None:
         """End a subscription."""
@@ -278,43 +280,47 @@ class Client:
             return
         place = self._subscribed.pop(slot % len(self._subscribed))
         self._page.delete(place)
-        self._ask(Command.DELETE_NOTIFICATION, struct.pack("<I", place[1]), place[0], "unsubscribe")
+        self._request(
+            Command.DELETE_NOTIFICATION, struct.pack("<I", place[1]), place[0], "unsubscribe"
+        )
 
     def state(self, port: int) -> None:
         """Ask for the state of a device."""
-        self._ask(Command.READ_STATE, b"", port, f"state of {port}")
+        self._request(Command.READ_STATE, b"", port, f"state of {port}")
 
     def flood(self, count: int, size: int) -> None:
         """Send many reads at once."""
         data = struct.pack("<3I", ReservedGroup.SYMBOL_VERSION, 0, min(size, 1))
         for _ in range(count):
-            self._ask(Command.READ, data, PLC_PORT, "flood")
+            self._request(Command.READ, data, PLC_PORT, "flood")
 
     def sum(self, count: int) -> None:
         """Read many values with one request."""
         one = struct.pack("<3I", ReservedGroup.SYMBOL_VERSION, 0, 1)
         where = struct.pack("<4I", ReservedGroup.SUM_READ, count, 5 * count, 12 * count)
-        self._ask(Command.READ_WRITE, where + one * count, PLC_PORT, "sum")
+        self._request(Command.READ_WRITE, where + one * count, PLC_PORT, "sum")
 
     def lie(self, kind: str, number: int) -> None:
         """Send what no honest client sends."""
         match kind:
             case "group":
-                self._ask(Command.READ, struct.pack("<3I", number, number, 8), NC_PORT, "no group")
+                self._request(
+                    Command.READ, struct.pack("<3I", number, number, 8), NC_PORT, "no group"
+                )
             case "length":
                 where = struct.pack("<3I", 0x4200 + 1, 0x16, number)
-                self._ask(Command.WRITE, where + bytes(number % 200), NC_PORT, "a wrong length")
+                self._request(Command.WRITE, where + bytes(number % 200), NC_PORT, "a wrong length")
             case "port":
-                self._ask(Command.READ_STATE, b"", number % 0x8000, "a port without a device")
+                self._request(Command.READ_STATE, b"", number % 0x8000, "a port without a device")
             case "handle":
                 where = struct.pack("<3I", ReservedGroup.SYMBOL_VALUE_BY_HANDLE, number, 4)
-                self._ask(Command.READ, where, PLC_PORT, "a handle of nobody")
+                self._request(Command.READ, where, PLC_PORT, "a handle of nobody")
             case "delete":
-                self._ask(
+                self._request(
                     Command.DELETE_NOTIFICATION, struct.pack("<I", number), PLC_PORT, "delete"
                 )
             case "short":
-                self._ask(
+                self._request(
                     number % 9 + 1,
                     _GARBAGE[: number % 16],
                     PLC_PORT,
@@ -322,7 +328,7 @@ class Client:
                     optional=True,
                 )
             case "command":
-                self._ask(10 + number % 1000, b"", PLC_PORT, "no command", optional=True)
+                self._request(10 + number % 1000, b"", PLC_PORT, "no command", optional=True)
             case "answer":
                 self._send(Frame(self._target(PLC_PORT), self._address, 2, 5, 0, number, bytes(8)))
             case "samples":
@@ -333,7 +339,7 @@ class Client:
     def _target(self, port: int) -> AmsAddress:
         return AmsAddress.of(self._station.net_id, port)
 
-    def _ask(
+    def _request(
         self,
         command: int,
         data: bytes,

@@ -274,7 +274,7 @@ class RouterProcess:
         for link in links:
             link.die()
 
-    def held(self) -> dict[str, int]:
+    def resources(self) -> dict[str, int]:
         """Return the number of resources of each kind that the router keeps for clients."""
         target = self.uplink.peer
         forwarding = None if target is None else target.forwarding
@@ -423,7 +423,7 @@ class WorldRouter:
 
     def check_released(self, report: Report) -> None:
         """Check that nothing is held for clients, some time after the last one has left."""
-        for what, value in {} if self.process is None else self.process.held().items():
+        for what, value in {} if self.process is None else self.process.resources().items():
             if value:
                 report("released", f"router {self.number}: {what}: {value}, expected 0")
         if self._frames_ns >= 0:

@@ -225,7 +225,7 @@ class _Asker(asyncio.DatagramProtocol):
         log.debug("no host there: %s", exc)
 
 
-async def ask(
+async def query(
     hosts: Sequence[str], question: DiscoveryPacket, *, seconds: float, port: int = UDP_PORT
 ) -> AsyncIterator[tuple[DiscoveryPacket, str]]:
     """Ask hosts or broadcast addresses; yields answers with their sender for so many seconds.
@@ -265,7 +265,7 @@ async def scan(
     Without `all_of_them` it ends with the first answer. Raises OSError for an unknown host.
     """
     routers: dict[tuple[NetId, str], RouterInfo] = {}
-    answers = ask(hosts, info_request(ANYBODY), seconds=seconds, port=port)
+    answers = query(hosts, info_request(ANYBODY), seconds=seconds, port=port)
     async for answer, sender in answers:
         info = RouterInfo.decode(answer)
         routers[info.net_id, sender] = info
@@ -289,7 +289,7 @@ async def change_route(
     Raises RequestTimeout if none comes, DecodeError for one that says nothing, OSError for an
     unknown host.
     """
-    answers = ask([host], wanted.encode(source, service), seconds=seconds, port=port)
+    answers = query([host], wanted.encode(source, service), seconds=seconds, port=port)
     async for answer, _ in answers:
         await cast(Any, answers).aclose()
         return status_of(answer)

@@ -40,7 +40,7 @@ class User:
     def lost(self, link: ClientLink, reason: str) -> None:
         self.losses.put_nowait(reason)
 
-    def held(self, link: ClientLink, full: bool) -> None:
+    def buffer_changed(self, link: ClientLink, full: bool) -> None:
         self.full.append(full)
 
 

@@ -189,13 +189,13 @@ def test_closing_while_dialling_again_ends_that_too(run: Run, peer: Any) -> None
 def test_a_full_link_holds_requests_back(run: Run, peer: Any) -> None:
     async def main() -> None:
         session = await opened(peer)
-        session.held(peer.link, True)
+        session.buffer_changed(peer.link, True)
         with pytest.raises(RequestTimeout, match="takes no more"):
             await session.exchange(PLC, 2, READ, 1.0)
         task = asyncio.create_task(session.exchange(PLC, 2, READ, 1.0))
         await asyncio.sleep(0.5)
         assert peer.requests == []
-        session.held(peer.link, False)
+        session.buffer_changed(peer.link, False)
         await task
         await session.close()
 

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from achse.router.forwarding.journal import HandleJournal, HeldHandle, JournalError
+from achse.router.forwarding.journal import HandleJournal, JournalError, JournalHandle
 
 ALIASES = [bytes([n]) * 8 for n in range(1, 4)]
 DEVICES = [b"target" + bytes([n, 3]) for n in range(2)] + [b"others\1\2"]
@@ -36,7 +36,7 @@ class Disk(BytesIO):
         return super().write(data[:fits])
 
 
-def contents(journal: HandleJournal) -> Counter[HeldHandle]:
+def contents(journal: HandleJournal) -> Counter[JournalHandle]:
     return Counter(
         {
             each: count
@@ -52,9 +52,9 @@ def test_next_process_finds_what_the_last_one_wrote(
 ) -> None:
     file = BytesIO()
     journal = HandleJournal(file)
-    expected: Counter[HeldHandle] = Counter()
+    expected: Counter[JournalHandle] = Counter()
     for kind, alias, device, handle in steps:
-        key = HeldHandle(alias, device, handle)
+        key = JournalHandle(alias, device, handle)
         match kind:
             case "asked":
                 journal.add_requester(alias, device)

@@ -69,7 +69,7 @@ def test_each_device_has_a_place_of_its_own(data: st.DataObject) -> None:
 def test_what_is_found_is_configured_as_the_tables_say() -> None:
     plan = plan_of([{}, {"position": 3}])
     line = [found(n, a_drive(type_name=f"D{n}")) for n in range(3)]
-    configuration, faults = plan.found(line)
+    configuration, faults = plan.configuration_of(line)
     assert faults == []
     assert configuration.stations() == [1001, 1002, 1003]
     assert [each.vendor_id for each in configuration.slaves] == [7, 7, 7]
@@ -80,12 +80,12 @@ def test_what_is_found_is_configured_as_the_tables_say() -> None:
 
 def test_what_is_missing_is_expected_in_its_place() -> None:
     plan = plan_of([{}, {}], [{}])
-    configuration, faults = plan.found([found(0, a_drive())])
+    configuration, faults = plan.configuration_of([found(0, a_drive())])
     assert faults == [
         "1 slaves found, 3 or more expected: Drive 2 (axis 2), T1 missing",
     ]
     assert [each.vendor_id for each in configuration.slaves] == [7, VENDOR, 0]
-    assert plan.found([])[0] == plan.expected()
+    assert plan.configuration_of([])[0] == plan.expected()
 
 
 @pytest.mark.parametrize(
@@ -99,14 +99,14 @@ def test_what_is_missing_is_expected_in_its_place() -> None:
 def test_a_slave_that_cannot_be_the_drive_is_told(
     slave: SlaveConfiguration, drive: dict[str, Any], told: str
 ) -> None:
-    configuration, faults = plan_of([drive]).found([found(0, slave)])
+    configuration, faults = plan_of([drive]).configuration_of([found(0, slave)])
     assert len(faults) == 1
     assert faults[0].endswith(f"cannot be Drive 1 (axis 1): {told}")
     assert configuration.slaves[0].vendor_id == (0xFFFF_FFFF if drive else VENDOR)
 
 
 def test_a_slave_that_could_not_be_read_is_told() -> None:
-    _, faults = plan_of([{}]).found([found(0, a_drive(), "EEPROM damaged")])
+    _, faults = plan_of([{}]).configuration_of([found(0, a_drive(), "EEPROM damaged")])
     assert faults[0].endswith("cannot be Drive 1 (axis 1): EEPROM damaged")
 
 
@@ -117,7 +117,7 @@ def test_a_terminal_has_to_have_the_configured_sizes(inputs: int, outputs: int) 
         describe(make_terminal(TerminalConfig(name="F", inputs=inputs or 1, outputs=outputs)))
     )
     plan = BusPlan(BusConfig(), (), (terminal,), 2 * MS)
-    _, faults = plan.found([found(0, there)])
+    _, faults = plan.configuration_of([found(0, there)])
     fits = 1 <= (inputs or 1) <= 8 and 1 <= outputs <= 8
     assert (not faults) == fits
     if faults:
@@ -129,7 +129,7 @@ def test_a_terminal_has_to_have_the_configured_sizes(inputs: int, outputs: int) 
 )
 def test_object_that_a_drive_leaves_out_is_neither_mapped_nor_written(key: str, index: int) -> None:
     def objects(drive: dict[str, Any]) -> set[int]:
-        slave = plan_of([drive]).found([found(0, a_drive())])[0].slaves[0]
+        slave = plan_of([drive]).configuration_of([found(0, a_drive())])[0].slaves[0]
         mapped = {entry.index for pdo in slave.inputs for entry in pdo.entries}
         return mapped | {command.index for command in slave.commands}
 

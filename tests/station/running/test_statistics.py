@@ -70,7 +70,9 @@ def test_a_client_in_this_process_is_listed_by_its_subscriptions() -> None:
         assert station.run(statistics, station.station)["clients"] == []
         with (
             mock.patch.object(type(device.notifications), "clients", held),
-            mock.patch.object(device.notifications, "held_by", lambda client: held[client]),
+            mock.patch.object(
+                device.notifications, "subscriptions_of", lambda client: held[client]
+            ),
         ):
             [client] = station.run(statistics, station.station)["clients"]
     assert (client["address"], client["peer"]) == ("10.0.0.1.1.1:40000", None)

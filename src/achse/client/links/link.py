@@ -71,19 +71,19 @@ class LinkUser(Protocol):
         """The link ended without our asking."""
         ...
 
-    def held(self, link: "ClientLink", full: bool) -> None:
+    def buffer_changed(self, link: "ClientLink", full: bool) -> None:
         """The way out is full, or has room again."""
         ...
 
 
 class Onlooker:
-    """Wants nothing of a link but to know that it can be opened, or who is there."""
+    """User of a link that only checks that it can be opened, or its far end."""
 
     def received(self, frame: Frame) -> None: ...
 
     def lost(self, link: "ClientLink", reason: str) -> None: ...
 
-    def held(self, link: "ClientLink", full: bool) -> None: ...
+    def buffer_changed(self, link: "ClientLink", full: bool) -> None: ...
 
 
 class ClientLink(Protocol):
@@ -181,10 +181,10 @@ class TcpLink(asyncio.Protocol):
             self._user.lost(self, self._failure or str(exc or "closed by the peer"))
 
     def pause_writing(self) -> None:
-        self._user.held(self, True)
+        self._user.buffer_changed(self, True)
 
     def resume_writing(self) -> None:
-        self._user.held(self, False)
+        self._user.buffer_changed(self, False)
 
     # port service ----------------------------------------------------------------------------
 
@@ -283,10 +283,12 @@ class TcpDialer:
         return f"{host}:{self.port}"
 
     async def open(self, user: LinkUser) -> TcpLink:
-        """Connect; raises OSError if nobody listens, `ConnectionLost` if a port is refused."""
+        """Connect; raises OSError if no router listens, `ConnectionLost` if a port is refused."""
         link = await self._connect(user)
         try:
-            if self.mode is LinkMode.ROUTER or (self.mode is LinkMode.AUTO and self._may_ask(link)):
+            if self.mode is LinkMode.ROUTER or (
+                self.mode is LinkMode.AUTO and self._may_request_port(link)
+            ):
                 try:
                     await link.register(self.grant_time)
                     self.mode = LinkMode.ROUTER
@@ -296,7 +298,7 @@ class TcpDialer:
                     link = await self._open_directly(link, user)
             if self.mode is not LinkMode.ROUTER:
                 if self.mode is LinkMode.AUTO and self._peer_key in _without_service:
-                    link.when_mute = self._ask_again
+                    link.when_mute = self._request_port_again
                 elif self.mode is LinkMode.AUTO:
                     self.mode = LinkMode.DIRECT
                 peer_net_id = await self._find_net_id(link.extra("peername"))
@@ -326,11 +328,11 @@ class TcpDialer:
     def _peer_key(self) -> tuple[str, int]:
         return (self.host, self.port)
 
-    def _may_ask(self, link: TcpLink) -> bool:
+    def _may_request_port(self, link: TcpLink) -> bool:
         """Return True if a port may be requested: the peer is local and may offer the service."""
         return _is_loopback(link) and self._peer_key not in _without_service
 
-    def _ask_again(self) -> None:
+    def _request_port_again(self) -> None:
         """Forget that the peer lacks the service: a router closes links without a port request."""
         _without_service.pop(self._peer_key, None)
 

@@ -38,7 +38,7 @@ class MqttLink:
         self.peer_net_id = address.net_id
         self.partners: dict[NetId, RouterNote] = {}
         self.changed = asyncio.Event()
-        """Set when we have joined, parted, or somebody came."""
+        """Set when we have joined or left, or a router came online."""
         self.network: MqttNetwork
         self._user = user
         self._running: asyncio.Task[None] | None = None
@@ -144,7 +144,7 @@ class MqttLink:
         full = self.network.unsent > _UNSENT
         if full != self._full:
             self._full = full
-            self._user.held(self, full)
+            self._user.buffer_changed(self, full)
             if full:
                 asyncio.get_running_loop().call_later(0.01, self._look)
 
@@ -157,7 +157,7 @@ class MqttLink:
             asyncio.get_running_loop().call_later(0.01, self._look)
         elif self._full:
             self._full = False
-            self._user.held(self, False)
+            self._user.buffer_changed(self, False)
 
     def close(self) -> None:
         """Leave the network: others see it at once."""
@@ -188,7 +188,7 @@ _leaving: set[asyncio.Task[None]] = set()
 class MqttDialer:
     """Opens links into the network of `settings`.
 
-    `source` is our AMS address, whose NetId nobody else may have there; None makes up one that
+    `source` is our AMS address, whose NetId must be unique there; None makes up one that
     begins with 10. `net_id` is the router that is asked unless a request says another.
     """
 
@@ -212,7 +212,7 @@ class MqttDialer:
         return str(self.settings)
 
     async def open(self, user: LinkUser) -> MqttLink:
-        """Join; raises ConnectionLost if the broker is not there, or nobody to ask."""
+        """Join; raises ConnectionLost if the broker is not there, or no router is online."""
         # one that has come is there: a slow broker is not left again before it has said so
         seconds = JOIN_TIME if self._last is not None and self._last.came_late else _LOOK_TIME
         link = self._last = MqttLink(user, self.source)

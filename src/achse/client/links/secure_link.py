@@ -1,4 +1,4 @@
-"""Links over Secure ADS: how a target is named, who we are there, and how it is dialled."""
+"""Links over Secure ADS: names of targets, our credentials, and dialling."""
 
 import asyncio
 import os

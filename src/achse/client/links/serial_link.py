@@ -64,7 +64,7 @@ class SerialLink(asyncio.Protocol):
         full = self._carrier.unsent > (limit // 2 if self._full else limit)
         if full != self._full:
             self._full = full
-            self._user.held(self, full)
+            self._user.buffer_changed(self, full)
 
     # out -------------------------------------------------------------------------------------
 
@@ -74,7 +74,7 @@ class SerialLink(asyncio.Protocol):
             self._carrier.send(frame)
 
     def close(self) -> None:
-        """End at once: to flush a port that nobody reads would take for ever."""
+        """End at once: flushing a port without a reader would take for ever."""
         transport, self._transport = self._transport, None
         if transport is not None:
             transport.abort()
@@ -101,7 +101,7 @@ class SerialDialer:
         return str(self.port)
 
     async def open(self, user: LinkUser) -> SerialLink:
-        """Open the port; raises OSError if it is not there or somebody else has it."""
+        """Open the port; raises OSError if it is not there or another program uses it."""
         source = self.source or AmsAddress.of(
             OUR_NET_ID, random.randrange(FIRST_CLIENT_PORT, 0x1_0000)
         )

@@ -69,7 +69,7 @@ class AxisAccess:
     def __repr__(self) -> str:
         return f"RemoteAxis({self._which!r} of {self.nc})"
 
-    # who it is ---------------------------------------------------------------------------------
+    # identity --------------------------------------------------------------------------------
 
     async def located(self) -> tuple[Target, int]:
         """The NC and the id of the axis; a name is looked up again after a loss of connection."""

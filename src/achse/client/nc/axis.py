@@ -35,7 +35,7 @@ ENABLED_WITHIN = 10.0
 """Seconds of the controller's time that enabling, disabling and resetting may take."""
 
 PLC_WRITES_WITHIN = 0.5
-"""Seconds after which the enables are looked at again: has somebody taken them away?"""
+"""Seconds after which the enables are checked again."""
 
 _LONGEST_CONDITION = 1000
 """Bytes of the text that says what a drive misses."""
@@ -308,7 +308,7 @@ class RemoteAxis(AxisCouplings):
     ) -> Move:
         """Stop the axis, by the ramp of the running command unless a ramp is given.
 
-        With `lock` nobody can move it until `release`. A ramp has both values.
+        With `lock` no command moves it until `release`. A ramp has both values.
         """
         if lock:
             return await self._start(

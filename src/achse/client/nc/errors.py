@@ -44,7 +44,7 @@ class AxisFailed(AxisError):
 
 
 class AxisAborted(AxisError):
-    """A command ended before it was done: somebody stopped it, or another command took over."""
+    """A command ended before it was done: it was stopped, or another command took over."""
 
 
 class AxisDisabled(AxisError):

@@ -66,9 +66,9 @@ class AxisValue:
 
     async def read(self) -> Any:
         """The value; a member of its enumeration where it has one. Raises AxisRefused."""
-        return self.decoded(await self._axis.request(self.service, self._ask, self.element))
+        return self.decoded(await self._axis.request(self.service, self._request, self.element))
 
-    async def _ask(self, nc: "Target", place: tuple[int, int]) -> bytes:
+    async def _request(self, nc: "Target", place: tuple[int, int]) -> bytes:
         """The bytes; an older NC knows the shorter layout of a structure only."""
         newest, *older = reversed(self.service.layouts)
         try:

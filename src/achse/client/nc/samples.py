@@ -1,6 +1,6 @@
 """Samples of an axis: sent by the NC, or fetched while a test lets virtual time pass.
 
-Either way a row of samples ends with a typed error when the connection is lost: nobody knows what
+Either way a row of samples ends with a typed error when the connection is lost: it is unknown what
 the axis did meanwhile.
 """
 

@@ -30,7 +30,7 @@ _ELEMENT_STEP = 20
 """Sub-element n of an axis is at 0x00n0_0000 + offset: so many bits up."""
 
 _OF_BOTH_VERSIONS = ("axis_online_structure", "nc_to_plc_structure")
-"""Structures that a target of TwinCAT 2 shows in a shorter form: the length tells which."""
+"""Structures that a target of TwinCAT 2 shows in a shorter form, which the length distinguishes."""
 
 _FEW = 8
 """Names that a hint lists at most."""

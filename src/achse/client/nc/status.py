@@ -36,7 +36,7 @@ STEADY_STATES = (
 
 
 def plc_open_state(state_word: int) -> PlcOpenState:
-    """The state that StateDWord tells."""
+    """State by the bits of StateDWord."""
     for bits, state in STEADY_STATES:
         if state_word & bits == bits:
             return state

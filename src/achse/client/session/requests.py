@@ -1,4 +1,4 @@
-"""Requests under way: who waits for which invoke id, and until when.
+"""Pending requests by invoke id, with their deadlines.
 
 No loop, no clock, no I/O: the session hands in frames and the time.
 """
@@ -22,7 +22,7 @@ class Waiter(Protocol):
     """Receiver of an answer; an `asyncio.Future` is one."""
 
     def done(self) -> bool:
-        """True if nobody waits any more: answered or cancelled."""
+        """True if the request is answered or cancelled."""
         ...
 
     def set_result(self, frame: Frame, /) -> None:
@@ -47,7 +47,7 @@ class Requests:
         self._pending: dict[int, tuple[Waiter, Frame, float]] = {}
         self._last_id = 0
         self.unasked = 0
-        """Responses nobody asked for: late, doubled or foreign."""
+        """Unexpected responses: late, doubled or foreign."""
 
     def __len__(self) -> int:
         return len(self._pending)

@@ -1,8 +1,8 @@
 """A session: one link kept alive, every request and subscription that uses it.
 
-Requests of any number of targets share the link and are told apart by invoke id. After a loss the
-session dials again with growing pauses; requests made meanwhile wait for it within their time
-limit, those under way fail with `ConnectionLost`, since nobody knows whether they were done.
+Requests of any number of targets share the link and are distinguished by invoke id. After a loss
+the session dials again with growing pauses; requests made meanwhile wait for it within their time
+limit, those under way fail with `ConnectionLost`, since it is unknown whether they were done.
 """
 
 import asyncio
@@ -95,7 +95,7 @@ class Renewable(Protocol):
         ...
 
     def end(self, error: ConnectionLost | None) -> None:
-        """There will be no further link; `error` if nobody asked for that."""
+        """End without a further link; `error` is the reason unless the user closed it."""
         ...
 
 
@@ -246,10 +246,10 @@ class Session:
             self._drop(frame)
 
     def _drop(self, frame: Frame) -> None:
-        """Nobody here waits for it: told of the first one, `Requests.unasked` counts answers."""
+        """Drop an unexpected frame: the first is logged, `Requests.unasked` counts answers."""
         if not self._told_drop:
             self._told_drop = True
-            log.info("dropped, as all that nobody asked for from now on: %s", frame)
+            log.info("dropping this and further unexpected frames: %s", frame)
 
     def lost(self, link: ClientLink, reason: str) -> None:
         """The link ended: fail what is under way, dial again."""
@@ -270,7 +270,7 @@ class Session:
         else:
             self.spawn(self._dial_again(self.backoff))
 
-    def held(self, link: ClientLink, full: bool) -> None:
+    def buffer_changed(self, link: ClientLink, full: bool) -> None:
         """The link's way out is full, or has room again."""
         if link is self._link:
             if full:
@@ -408,7 +408,7 @@ class Session:
                     listener.feed(filetime, data)
 
     def _disown(self, source: bytes, handle: int) -> None:
-        """End a subscription nobody here knows: of an earlier link, or given up half way."""
+        """End an unknown subscription: of an earlier link, or abandoned half way."""
         if (source, handle) not in self._disowned and len(self._disowned) < MAX_DISOWNED:
             self._disowned.add((source, handle))
             self.spawn(self._end(AmsAddress(source), handle))

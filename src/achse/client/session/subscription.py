@@ -2,7 +2,7 @@
 
 A subscription outlives links, restarts of the target and online changes: it is set up again as
 soon as that is possible, and the first sample afterwards says `gap`. Its queue is bounded: a slow
-reader loses the oldest samples, `lost` counts them, and nobody else waits.
+reader loses the oldest samples, `lost` counts them, and no other reader waits.
 """
 
 import asyncio
@@ -119,7 +119,7 @@ class Subscription(ClosedByBlock):
     """Samples of variables of one target: `async with` sets it up, `async for` gives samples.
 
     `locate` finds the places of the variables, again at each set-up. `depth` bounds the queue.
-    `forget` is told of a place that turns out to be out of date; None if places never change.
+    `forget` is called with a place that is out of date; None if places never change.
     """
 
     def __init__(
@@ -208,7 +208,7 @@ class Subscription(ClosedByBlock):
 
         def look(first: int, source: bytes, outcomes: Sequence[Outcome]) -> None:
             if round_ != self._round or self._is_closed:
-                return  # interrupted meanwhile; the session ends what nobody listens to
+                return  # interrupted meanwhile; the session ends unused subscriptions
             for channel, outcome in zip(channels[first:], outcomes, strict=False):
                 if outcome.result == 0:
                     handle = int.from_bytes(outcome.data, "little")
@@ -237,7 +237,7 @@ class Subscription(ClosedByBlock):
         if handles and self._session.link is not None:
             self._session.spawn(self._delete(handles))
 
-    # what the session tells ------------------------------------------------------------------
+    # calls of the session ------------------------------------------------------------------
 
     def interrupt(self) -> None:
         """The target forgot the handles, or is about to."""
@@ -318,7 +318,7 @@ class Subscription(ClosedByBlock):
             if self._is_closed:
                 raise StopAsyncIteration
             if self._reader is not None:
-                raise RuntimeError("somebody else waits for the next sample of this subscription")
+                raise RuntimeError("another task waits for the next sample of this subscription")
             self._reader = asyncio.get_running_loop().create_future()
             try:
                 await self._reader

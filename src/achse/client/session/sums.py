@@ -223,7 +223,7 @@ def outcome(frame: Frame) -> Outcome:
 def batches(parts: Sequence[P], most: int = MAX_BYTES) -> Iterator[Sequence[P]]:
     """`parts` in order, cut so that each piece keeps to `MAX_PARTS` and `most` bytes.
 
-    Where less than MAX_BYTES can go, a Read Write goes alone: nobody knows how long its answer is.
+    Where less than MAX_BYTES can go, a Read Write goes alone: the length of its answer is unknown.
     """
     start = size = 0
     for index, part in enumerate(parts):

@@ -53,7 +53,7 @@ T = TypeVar("T")
 
 
 class _Wish(NamedTuple):
-    """A symbol somebody waits for, as they spell it."""
+    """A symbol that a caller waits for, as the caller spells it."""
 
     name: str
     wire_name: bytes
@@ -61,7 +61,7 @@ class _Wish(NamedTuple):
 
 
 class SymbolBook:
-    """The symbols of one device, as far as anybody asked.
+    """The symbols of one device, as far as they were requested.
 
     `watch` subscribes to the symbol version, so that a change is noticed before a stale handle is.
     """
@@ -170,7 +170,7 @@ class SymbolBook:
     # forgetting ------------------------------------------------------------------------------
 
     def forget(self, place: VariableLocation) -> None:
-        """This one is out of date; the next who asks gets a new one."""
+        """Mark this one as out of date; the next request gets a new one."""
         key = fold(place.name)
         known = self._places.get(key)
         if known is not None and known.offset == place.offset:
@@ -187,7 +187,7 @@ class SymbolBook:
         self._listing = None
         self._hints.clear()
 
-    # what the session tells ------------------------------------------------------------------
+    # calls of the session ------------------------------------------------------------------
 
     @property
     def target(self) -> AmsAddress:
@@ -198,7 +198,7 @@ class SymbolBook:
         self.clear()
 
     def renew(self) -> None:
-        """There is a link again; who needs a symbol asks."""
+        """Note a new link; symbols are requested when they are needed."""
 
     def symbols_changed(self) -> None:
         """An online change or download: what we hold is of no use."""
@@ -278,7 +278,7 @@ class SymbolBook:
         await self._refuse(missing)
 
     async def _refuse(self, missing: Sequence[tuple[_Wish, AdsError]]) -> None:
-        """Tell those who wait for symbols that are not there, with what may have been meant."""
+        """Fail the waits for symbols that do not exist, with a hint at similar names."""
         try:
             for wish, error in missing[:_MOST_HINTS]:
                 if isinstance(error, DeviceError) and error.code in _NOT_THERE:
@@ -502,6 +502,6 @@ def _loose_entry(data: bytes, coding: Coding) -> SymbolEntry | None:
 
 
 def _seen(future: "asyncio.Future[VariableLocation]") -> None:
-    """Look at the error, so that nobody complains if those who asked have left."""
+    """Retrieve the error, so that asyncio does not report it after its callers have left."""
     if not future.cancelled():
         future.exception()

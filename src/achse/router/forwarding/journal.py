@@ -54,7 +54,7 @@ class JournalError(Exception):
     """The file is something else than a journal."""
 
 
-class HeldHandle(NamedTuple):
+class JournalHandle(NamedTuple):
     """A symbol handle at a device, under the alias of the client; 0: it has asked for some."""
 
     alias: bytes
@@ -72,11 +72,11 @@ class HandleJournal:
 
     def __init__(self, file: JournalFile | None = None) -> None:
         self._file = file
-        self._counts: Counter[HeldHandle] = Counter()
+        self._counts: Counter[JournalHandle] = Counter()
         """Requests for each handle; in the order of the first of them."""
         self._devices_by_client: dict[bytes, set[bytes]] = {}
         """Devices that each client has asked."""
-        self._slots: dict[HeldHandle, list[int]] = {}
+        self._slots: dict[JournalHandle, list[int]] = {}
         self._free: list[int] = []
         self._end = 1
         """Slots of the file, the magic included."""
@@ -92,21 +92,21 @@ class HandleJournal:
     def add_requester(self, alias: bytes, device: bytes) -> None:
         """Add a client that requests a handle of a device."""
         if device not in self._devices_by_client.get(alias, ()):
-            self._add(HeldHandle(alias, bytes(device), 0))
+            self._add(JournalHandle(alias, bytes(device), 0))
 
     def fetched(self, alias: bytes, device: bytes, handle: int) -> None:
         """Add a handle that a device has returned."""
-        self._add(HeldHandle(alias, device, handle))
+        self._add(JournalHandle(alias, device, handle))
 
     def released(self, alias: bytes, device: bytes, handle: int) -> None:
         """A device has released a handle, or does not know it. Unknown is not an error."""
-        self._remove(HeldHandle(alias, device, handle))
+        self._remove(JournalHandle(alias, device, handle))
 
     def forget_client(self, alias: bytes, net_id: bytes) -> None:
         """No answer comes for a client that holds nothing at the devices of a target."""
         for device in list(self._devices_by_client.get(alias, ())):
             if device[:6] == net_id:
-                self._remove(HeldHandle(alias, device, 0))
+                self._remove(JournalHandle(alias, device, 0))
 
     def forget_device(self, device: bytes) -> None:
         """A device holds nothing of any client any more."""
@@ -114,16 +114,16 @@ class HandleJournal:
             for _ in range(self._counts[each]):
                 self._remove(each)
 
-    def handles_at(self, net_id: bytes) -> list[tuple[HeldHandle, int]]:
+    def handles_at(self, net_id: bytes) -> list[tuple[JournalHandle, int]]:
         """Return the handles at the devices of a target, the oldest first, with their counts."""
         return [each for each in self._counts.items() if each[0].device[:6] == net_id]
 
-    def _count(self, key: HeldHandle) -> None:
+    def _count(self, key: JournalHandle) -> None:
         self._counts[key] += 1
         if not key.handle:
             self._devices_by_client.setdefault(key.alias, set()).add(key.device)
 
-    def _add(self, key: HeldHandle) -> None:
+    def _add(self, key: JournalHandle) -> None:
         self._count(key)
         file = self._file
         if file is None or (not self._free and not self._grow(file)):
@@ -134,7 +134,7 @@ class HandleJournal:
         if self._write(file, slot, body + _SUM.pack(zlib.crc32(body))):
             self._slots.setdefault(key, []).append(slot)
 
-    def _remove(self, key: HeldHandle) -> None:
+    def _remove(self, key: JournalHandle) -> None:
         count = self._counts.get(key, 0)
         if not count:
             return
@@ -246,16 +246,16 @@ class LinkJournal:
         """No answer comes for a client that holds nothing at the target."""
         self._journal.forget_client(alias, self._net_id)
 
-    def handles(self) -> list[tuple[HeldHandle, int]]:
+    def handles(self) -> list[tuple[JournalHandle, int]]:
         """Return the handles at the target, the oldest first, with their counts."""
         return self._journal.handles_at(self._net_id)
 
 
-def _records(data: bytes) -> Iterator[tuple[int, int, HeldHandle]]:
+def _records(data: bytes) -> Iterator[tuple[int, int, JournalHandle]]:
     """Yield number, slot and content of each whole record."""
     for slot in range(1, len(data) // _SLOT):
         position = slot * _SLOT
         body = data[position : position + _RECORD.size]
         if zlib.crc32(body) == _SUM.unpack_from(data, position + _RECORD.size)[0] and any(body):
             alias, device, handle, number = _RECORD.unpack(body)
-            yield number, slot, HeldHandle(alias, device, handle)
+            yield number, slot, JournalHandle(alias, device, handle)

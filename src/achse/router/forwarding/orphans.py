@@ -16,7 +16,7 @@ from achse.ams import AmsAddress, Command, Frame
 from achse.ams.commands import RESULT, WriteRequest
 from achse.codes import ReservedGroup
 from achse.router.forwarding.forwarded_client import ForwardedClient
-from achse.router.forwarding.journal import HeldHandle, LinkJournal
+from achse.router.forwarding.journal import JournalHandle, LinkJournal
 
 log = logging.getLogger("achse.router")
 
@@ -61,14 +61,14 @@ class OrphanRelease:
         handles = journal.handles()
         self._devices = dict.fromkeys(each.device for each, _ in handles)
         self._requesters = [each for each, _ in handles if not each.handle]
-        self._handles: dict[bytes, list[HeldHandle]] = {}
+        self._handles: dict[bytes, list[JournalHandle]] = {}
         """Handles of each device, the newest first."""
         for each, count in reversed(handles):
             if each.handle:
                 self._handles.setdefault(each.device, []).extend([each] * count)
         self._answering_devices: set[bytes] = set()
         """Devices that have released a handle by its number."""
-        self._to_send: deque[HeldHandle] = deque()
+        self._to_send: deque[JournalHandle] = deque()
         self._following = self._release_newest
         self._waiting = 0
         self._is_closed = False
@@ -102,7 +102,7 @@ class OrphanRelease:
             while self._to_send and self._waiting < _AT_ONCE:
                 self._send(self._to_send.popleft())
 
-    def _send(self, each: HeldHandle) -> None:
+    def _send(self, each: JournalHandle) -> None:
         session = self._session_of(each.alias)
         # Only the same address releases its abandoned handles.
         if session is None or (not each.handle and session.alias != each.alias):
@@ -112,7 +112,7 @@ class OrphanRelease:
         self._waiting += 1
         self._send_request(session, each.device, Command.WRITE, data, partial(self._came, each))
 
-    def _came(self, each: HeldHandle, answer: Frame) -> None:
+    def _came(self, each: JournalHandle, answer: Frame) -> None:
         self._waiting -= 1
         self.answers += 1
         if each.handle:
@@ -146,10 +146,10 @@ class OrphanRelease:
         self._report_end()
 
 
-def _ranks(handles: list[HeldHandle]) -> dict[HeldHandle, int]:
+def _ranks(handles: list[JournalHandle]) -> dict[JournalHandle, int]:
     """Return the place of each handle among those of its client."""
     counts: Counter[bytes] = Counter()
-    ranks: dict[HeldHandle, int] = {}
+    ranks: dict[JournalHandle, int] = {}
     for each in handles:
         ranks[each] = counts[each.alias]
         counts[each.alias] += 1

@@ -141,7 +141,7 @@ def _check_root(root: Path, config: StationConfig, base: Path) -> None:
 def assemble(ground: Ground, permanent_devices: Sequence[Device] = ()) -> Parts:
     """Make everything else that the configuration names, and register it at the router.
 
-    `kept` are the permanent devices, whose notifications the cycle sends too. Raises ConfigError;
+    The cycle sends the notifications of the `permanent_devices` too. Raises ConfigError;
     then nothing is registered.
     """
     building = Building(ground, permanent_devices)

@@ -113,7 +113,7 @@ class Parts(NamedTuple):
 
 
 class Building:
-    """A station to be; `kept` are devices that stay through restarts."""
+    """Station under construction; `permanent_devices` stay through restarts."""
 
     def __init__(self, ground: Ground, permanent_devices: Sequence[Device] = ()) -> None:
         self.ground = ground

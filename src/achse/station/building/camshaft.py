@@ -173,7 +173,7 @@ class _Exchange:
                 controller.take_position(None)
         except Exception as failure:  # a property of the PLC computes, and may fail in any way
             controller.take_position(None)
-            self._tell(failure)
+            self._log(failure)
         else:
             self._failed = False
 
@@ -183,9 +183,9 @@ class _Exchange:
             for send in self._sends:
                 send()
         except Exception as failure:
-            self._tell(failure)
+            self._log(failure)
 
-    def _tell(self, failure: Exception) -> None:
+    def _log(self, failure: Exception) -> None:
         record = self._controller.record
         record.io_errors = min(record.io_errors + 1, 0xFFFF_FFFF)
         if not self._failed:
@@ -213,18 +213,18 @@ class _Exchange:
         takes: list[Callable[[], None]] = []
         sends: list[Callable[[], None]] = []
         if config.encoder is not None:
-            self._position = _number(*self._found("encoder", config.encoder), reals=True)
+            self._position = _number(*self._resolve("encoder", config.encoder), reals=True)
         if config.input_image is not None:
             read = self._image("input_image", config.input_image, INPUTS.size).read
             takes.append(lambda: controller.write_inputs(0, read()))
         for name, variable in config.input.items():
-            value = _number(*self._found(f"input.{name}", variable))
+            value = _number(*self._resolve(f"input.{name}", variable))
             takes.append(_into(controller, CamInput[name.upper()], value))
         if config.output_image is not None:
             write = self._image("output_image", config.output_image, OUTPUTS.size, True).write
             sends.append(lambda: write(controller.outputs()))
         for name, variable in config.output.items():
-            key, symbol = self._found(f"output.{name}", variable, writable=True)
+            key, symbol = self._resolve(f"output.{name}", variable, writable=True)
             encode = _whole(key, symbol.type)
             sends.append(_out_of(controller, CamOutput[name.upper()], symbol.write, encode))
         self._takes, self._sends = takes, sends
@@ -238,7 +238,7 @@ class _Exchange:
             if self._config.encoder is not None:
                 self._position = None
 
-    def _found(self, key: str, name: str, writable: bool = False) -> tuple[str, PlcSymbol]:
+    def _resolve(self, key: str, name: str, writable: bool = False) -> tuple[str, PlcSymbol]:
         key = f"{self._key}.{key}"
         device = self._building.plc_devices[self._port]
         assert device.symbols is not None
@@ -254,7 +254,7 @@ class _Exchange:
         return key, symbol
 
     def _image(self, key: str, name: str, size: int, writable: bool = False) -> PlcSymbol:
-        key, symbol = self._found(key, name, writable)
+        key, symbol = self._resolve(key, name, writable)
         if symbol.size != size:
             raise ConfigError(f"{key}: expected {size} bytes, {name} has {symbol.size}")
         return symbol

@@ -31,7 +31,7 @@ def make_plcs(building: Building) -> None:
         device = PlcDevice(plc, clock=ground.clock, requests=requests)
         building.plc_devices[config.port] = device
         building.attach(device, config.port, *config.also)
-        _tell_logger_of_exceptions(building, plc)
+        _report_exceptions_to_logger(building, plc)
     links: list[Mapping[int, PlcLinks]] = []
     if building.nc is not None and building.plcs:
         known: dict[tuple[Path, ...], NcMappings] = {}  # read once for all PLCs
@@ -50,7 +50,7 @@ def make_plcs(building: Building) -> None:
         building.add_phase(PlcPhase(plc, own), cycle_ns)
 
 
-def _tell_logger_of_exceptions(building: Building, plc: PlcRuntime) -> None:
+def _report_exceptions_to_logger(building: Building, plc: PlcRuntime) -> None:
     """Report the exception that stops a PLC to the logger's subscribers; the PLC itself logs it."""
     loggers = [
         device
@@ -58,7 +58,7 @@ def _tell_logger_of_exceptions(building: Building, plc: PlcRuntime) -> None:
         if isinstance(device, LoggerDevice) and not isinstance(device, EventLoggerDevice)
     ]
 
-    def tell(state: PlcState) -> None:
+    def report(state: PlcState) -> None:
         if state is PlcState.EXCEPTION:
             now = from_unix_ns(building.ground.clock())
             kind = MessageType.ERROR | MessageType.LOG
@@ -66,5 +66,5 @@ def _tell_logger_of_exceptions(building: Building, plc: PlcRuntime) -> None:
             for logger in loggers:
                 logger.post(message, shown=True)
 
-    plc.on_state(tell)
-    tell(plc.state)
+    plc.on_state(report)
+    report(plc.state)

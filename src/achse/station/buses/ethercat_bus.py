@@ -78,7 +78,7 @@ class EthercatBus:
             for place, each in devices.items()
         }
         self.master = Master(plan.in_process(known))
-        self.master.on_event = tell_event
+        self.master.on_event = log_event
         self.faults = DriveFaults(self.segment)
         """Faults injected on this bus."""
         self._ring = Ring(self.master, self.segment)
@@ -132,7 +132,7 @@ def slaves_digest(slaves: Sequence[BusSlave]) -> bytes:
     )
 
 
-def tell_event(event: BusEvent) -> None:
+def log_event(event: BusEvent) -> None:
     """An event of a bus as a line of the log."""
     level = logging.WARNING if event.kind in _WARNINGS else logging.INFO
     log.log(level, "%s: %s", event.kind.value, event.text)

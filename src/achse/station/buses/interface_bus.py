@@ -19,7 +19,7 @@ from achse.ethercat.master.redundancy import Redundancy
 from achse.ethercat.master.scanning import ScannedSlave, scan_bus
 from achse.ethercat.master.traffic import AcyclicTraffic
 from achse.ethercat.registers import Register
-from achse.station.buses.ethercat_bus import slaves_digest, tell_event
+from achse.station.buses.ethercat_bus import log_event, slaves_digest
 from achse.station.buses.frame_link import BusLink, RoundTrips
 from achse.station.buses.interface_pair import BusSocket, InterfacePair
 from achse.station.buses.plan import BusPlan
@@ -120,7 +120,7 @@ class InterfaceBus:
             return
         self.master = Master(configuration)
         self.master.now_ns = self._link_ns()
-        self.master.on_event = tell_event
+        self.master.on_event = log_event
         state = AlState.OP if before is None else before.requested_state
         self.master.request(state)
         stations = [configuration.stations().index(1001 + slot.place) for slot in self.plan.slots]
@@ -187,7 +187,7 @@ class InterfaceBus:
             each for each in self._departing_masters if each.traffic.waiting > 1
         ]
 
-    def _tell(self, fault: str) -> None:
+    def _report(self, fault: str) -> None:
         """Say what is wrong, once."""
         self._fault = fault
         pair = self._socket if isinstance(self._socket, InterfacePair) else None
@@ -208,7 +208,7 @@ class InterfaceBus:
     def _fail(self, trouble: str) -> None:
         """Nothing is found on the interface."""
         self._in_vain = True
-        self._tell(trouble)
+        self._report(trouble)
 
     def _begin(self) -> None:
         """Open the interface if it is not, and search the slaves."""
@@ -262,7 +262,7 @@ class InterfaceBus:
             self._fail(f"{self._where}: {trouble}")
             return
         self._in_vain = False
-        configuration, faults = self.plan.found(result)
+        configuration, faults = self.plan.configuration_of(result)
         self.searches += 1
         identities = [each.facts.identity for each in result]
         places = match(configuration.slaves, identities)
@@ -277,7 +277,7 @@ class InterfaceBus:
         self._way = self._make_way(self.master, self._socket)
         self._way.round_trips = self.round_trips
         self._look_ns = self._link_ns() + _LOOK_NS
-        self._tell("; ".join(faults))
+        self._report("; ".join(faults))
 
     def _look(self) -> None:
         """Check that the interface still exists, and that no unknown slave has come."""
@@ -289,7 +289,7 @@ class InterfaceBus:
             return
         pair = self._socket if isinstance(self._socket, InterfacePair) else None
         if pair or self.trouble:
-            self._tell("" if self.master.operational else self._fault)
+            self._report("" if self.master.operational else self._fault)
         supervision = self.master.supervision
         if not Counter(supervision.strangers) - self._misfits:
             return
@@ -297,7 +297,7 @@ class InterfaceBus:
             log.info("%s: other slaves than before, searched again", self.plan.bus.name)
             self._leave()
         else:
-            self._tell(
+            self._report(
                 f"{self._where} has other slaves than before: searched again when no axis is"
                 " enabled"
             )

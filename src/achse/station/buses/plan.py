@@ -98,9 +98,11 @@ class BusPlan:
 
     def expected(self) -> BusConfiguration:
         """The bus as long as nothing is known of its slaves: virtual ones in their places."""
-        return self.found([])[0]
+        return self.configuration_of([])[0]
 
-    def found(self, slaves: Sequence[ScannedSlave]) -> tuple[BusConfiguration, list[str]]:
+    def configuration_of(
+        self, slaves: Sequence[ScannedSlave]
+    ) -> tuple[BusConfiguration, list[str]]:
         """The bus of these slaves, and what is wrong with it.
 
         A slot without a slave that fits has what is expected there, so that such a slave may come.
@@ -108,7 +110,7 @@ class BusPlan:
         """
         slots = {slot.place: slot for slot in self.slots}
         count = max(len(slaves), *(place + 1 for place in slots), 0)
-        made: list[SlaveConfiguration] = []
+        configurations: list[SlaveConfiguration] = []
         faults: list[str] = []
         missing: list[str] = []
         for place in range(count):
@@ -117,7 +119,7 @@ class BusPlan:
             if slot is None:
                 if there is not None:
                     unlinked = replace(there.configuration, clock=None, optional=True)
-                    made.append(_at(place, unlinked))
+                    configurations.append(_at(place, unlinked))
                 continue
             configuration = self._expected(slot)
             if there is None:
@@ -130,14 +132,14 @@ class BusPlan:
                     faults.append(f"place {place + 1} ({name}) cannot be {slot.name}: {fault}")
                 else:
                     configuration = own
-            made.append(_at(place, configuration))
+            configurations.append(_at(place, configuration))
         if missing:
             faults.insert(
                 0,
                 f"{len(slaves)} slaves found, {len(slaves) + len(missing)} or more expected:"
                 f" {', '.join(missing)} missing",
             )
-        return self._bus(tuple(made)), faults
+        return self._bus(tuple(configurations)), faults
 
     def _expected(self, slot: BusSlot) -> SlaveConfiguration:
         """Return the configuration expected as long as the slave was not read."""

@@ -43,7 +43,8 @@ class PersistentLayout:
     def of(
         cls, nc: Nc | None, plcs: Mapping[int, PlcRuntime], values: PersistentValues
     ) -> "PersistentLayout":
-        """Return the layout of a station's NC and PLCs; `kept` is what was kept so far."""
+        """Return the layout of a station's NC and PLCs; `values` are the values that are stored so
+        far."""
         axes = [] if nc is None else [(axis.axis_id, len(axis.encoders)) for axis in nc]
         layouts = {port: RetainedLayout.of(plc) for port, plc in plcs.items()}
         absent = {port: each for port, each in values.plcs.items() if port not in plcs}

@@ -174,7 +174,7 @@ class UnitRunner:
                 raise ValueError(f"output {number} is {value}")
         return values
 
-    def told(self, failure: BaseException) -> str:
+    def failure_text(self, failure: BaseException) -> str:
         """A sentence about a failure, with what the unit said of it."""
         return ": ".join((str(failure) or type(failure).__name__, *self.lines))
 
@@ -210,7 +210,7 @@ def serve(channel: socket.socket) -> None:
             values = runner.outputs()
             answer = struct.pack(f"<{len(values)}d", *values)
         except Exception as failure:
-            text = runner.told(failure) if runner is not None else str(failure)
+            text = runner.failure_text(failure) if runner is not None else str(failure)
             transmit(channel, _FAILED, text.encode("utf-8", "replace"))
             continue
         transmit(channel, _DONE, answer)

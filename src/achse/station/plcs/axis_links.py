@@ -283,7 +283,7 @@ def link_axes(
     others = [config for config in axes if not config.plc]
     linked = _link_mapped(places, others, mapped or {})
     _link_by_name(places, [config for config in others if config.id not in linked], len(axes))
-    _tell_free(places)
+    _log_free(places)
     return {
         port: AxisLinks(plcs[port], names) for port, names in places.axes_by_port.items() if names
     }
@@ -334,7 +334,7 @@ def _link_by_name(places: _Places, axes: Sequence[AxisConfig], count: int) -> No
             places.link(port, each.name.casefold(), config, each.name)
 
 
-def _tell_free(places: _Places) -> None:
+def _log_free(places: _Places) -> None:
     owners = [each.owner for each in places.free_owners().values()]
     loose = [each.name for _, each in places.free() if each.owner == each.name]
     for names in (owners, loose):

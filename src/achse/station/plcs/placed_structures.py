@@ -131,21 +131,21 @@ class _Walk:
 
 
 def find_place(
-    given: str,
+    link: str,
     key: str,
     there: Mapping[tuple[int, str], NamedPlace],
     plcs: Mapping[int, PlcRuntime],
     kinds: str,
 ) -> tuple[int, str]:
-    """The PLC and the variable that a link of the configuration means.
+    """Return the PLC and the variable of a link in the configuration.
 
-    `given` is `851:MAIN.Axis1`, without port where that is clear, or a place (`%IB0`); `there` has
+    `link` is `851:MAIN.Axis1`, without port where that is clear, or a place (`%IB0`); `there` has
     the structures by port and name in small letters, `kinds` is what they are, for ConfigError.
     """
-    head, colon, rest = given.partition(":")
-    wanted = (rest if colon else given).strip().casefold()
+    head, colon, rest = link.partition(":")
+    wanted = (rest if colon else link).strip().casefold()
     if colon and (not head.strip().isdecimal() or int(head) not in plcs):
-        raise ConfigError(f"{key}: expected a PLC before the colon, got {given!r}")
+        raise ConfigError(f"{key}: expected a PLC before the colon, got {link!r}")
     if at := _PLACE.fullmatch(wanted):
         here = _AREAS[at[1]], int(at[2])
         matches = {
@@ -161,9 +161,9 @@ def find_place(
         return matches.popitem()
     if matches:
         first = next(iter(matches))
-        raise ConfigError(f'{key}: {given} is in several PLCs, say which: "{first}:{given}"')
+        raise ConfigError(f'{key}: {link} is in several PLCs, say which: "{first}:{link}"')
     names = [variable for at in there.values() for variable in (at.owner, at.name)]
-    near = did_you_mean(rest if colon else given, names)
+    near = did_you_mean(rest if colon else link, names)
     raise ConfigError(
-        f"{key}: no variable of the type {kinds} (AT %I*, AT %Q*) is named {given!r}{near}"
+        f"{key}: no variable of the type {kinds} (AT %I*, AT %Q*) is named {link!r}{near}"
     )

@@ -79,7 +79,7 @@ class SymbolTopics:
                 except Exception as failure:
                     if not is_broker_failure(failure):
                         raise
-                    self._tell(f"broker {self._settings}: {failure}")
+                    self._report(f"broker {self._settings}: {failure}")
                 await asyncio.sleep(pause)
                 pause = min(2 * pause, _LONGEST_PAUSE)
 
@@ -120,7 +120,7 @@ class SymbolTopics:
             try:
                 await self._publish(device, broker)
             except AdsError as failure:
-                self._tell(f"device {device.address}: {failure}")
+                self._report(f"device {device.address}: {failure}")
                 await asyncio.sleep(pause)
                 pause = min(2 * pause, _LONGEST_PAUSE)
 
@@ -130,7 +130,7 @@ class SymbolTopics:
         shown: dict[str, str] = {}
         cycle = self._config.cycle / 1e9
         async with device.subscribe(names, cycle_time=cycle, depth=4 * len(names)) as samples:
-            self._tell("")
+            self._report("")
             async for sample in samples:
                 text = json.dumps(as_json(types[sample.name], sample.value))
                 if shown.get(sample.name) == text:
@@ -171,7 +171,7 @@ class SymbolTopics:
         if self.refused <= _MOST_WARNINGS:
             log.warning("bridge %s: %.80s not written: %.200s", self._config.topic, name, reason)
 
-    def _tell(self, trouble: str) -> None:
+    def _report(self, trouble: str) -> None:
         """Log a trouble once, and its end."""
         if trouble == self._trouble:
             return

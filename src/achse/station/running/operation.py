@@ -122,7 +122,7 @@ class Operation:
             states.persistent.write_snapshots(states.capture), name="writing of snapshots"
         )
         for task in (cycle, snapshots):
-            task.add_done_callback(_tell_failure)
+            task.add_done_callback(_log_failure)
         try:
             with system.files_beside(asyncio.get_running_loop()):
                 yield RunningStation(network, metrics, cycle)
@@ -199,7 +199,7 @@ class Operation:
                     end.cancel()
 
 
-def _tell_failure(task: "asyncio.Task[None]") -> None:
+def _log_failure(task: "asyncio.Task[None]") -> None:
     """A broken cycle leaves clients connected to a station that stands: say so at once."""
     if not task.cancelled() and (failure := task.exception()) is not None:
         log.error("%s broke: %r", task.get_name(), failure)

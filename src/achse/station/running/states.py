@@ -44,7 +44,7 @@ class StationStates:
     ) -> None:
         """Build the parts, and read their persistent data. Raises ConfigError.
 
-        `kept` are the devices that stay through restarts, the system service first; `renewed` is
+        `permanent_devices` stay through restarts, the system service first; `renewed` is
         called when a restart has built other parts.
         """
         self._cycle = cycle

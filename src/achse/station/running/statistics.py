@@ -97,7 +97,9 @@ def statistics(station: CountedStation) -> dict[str, Any]:
         "clients": [
             {
                 **station.router.client_row(each),
-                "subscriptions": sum(d.notifications.held_by(each) for d in station.devices),
+                "subscriptions": sum(
+                    d.notifications.subscriptions_of(each) for d in station.devices
+                ),
             }
             for each in [*client_figures.busiest(), *others][:LISTED_CLIENTS]
         ],

@@ -336,10 +336,10 @@ class SecureServer(SecureChannel):
 
     def _refused(self, reason: str) -> None:
         if not self._has_logged:
-            self._tell_log(reason)
+            self._log_end(reason)
         self._done()
 
-    def _tell_log(self, reason: str) -> None:
+    def _log_end(self, reason: str) -> None:
         log.warning(
             "Secure ADS: %s:%d is refused: %s",
             *(self.host, self.port, reason),
@@ -394,7 +394,7 @@ class SecureClient(SecureChannel):
         self._net_id = net_id
         self._has_requested = False
         self.opened: asyncio.Future[None] = asyncio.get_running_loop().create_future()
-        self.opened.add_done_callback(self._given_up)
+        self.opened.add_done_callback(self._abandon)
         self.fingerprint = ""
         """Fingerprint of the server's certificate; empty if the server has shown none."""
         self.answer: ConnectBlock | None = None
@@ -474,7 +474,7 @@ class SecureClient(SecureChannel):
             password=wanted.password,
         )
 
-    def _given_up(self, opened: "asyncio.Future[None]") -> None:
+    def _abandon(self, opened: "asyncio.Future[None]") -> None:
         """Abandon the opening: its caller has stopped waiting."""
         if opened.cancelled() and not self._opened:
             self._stop_timer()

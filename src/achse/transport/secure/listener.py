@@ -334,11 +334,9 @@ class _Counted(SecureServer):
         self._end("too many came behind it that have not shown who they are")
         return True
 
-    def _tell_log(self, reason: str) -> None:
+    def _log_end(self, reason: str) -> None:
         if (others := self._owner.untold(self.host)) is not None:
-            super()._tell_log(
-                reason + (f" ({others} more since the last report)" if others else "")
-            )
+            super()._log_end(reason + (f" ({others} more since the last report)" if others else ""))
 
     def _over(self, _: SecureServer) -> None:
         self._rest += self._owner.handshakes.end(self)

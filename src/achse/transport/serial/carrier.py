@@ -92,7 +92,7 @@ class SerialCarrier:
         if self._failed and not frame.is_response:
             self._failed.pop((frame.source, frame.target, frame.invoke_id), None)
         packet = frame.encode()
-        if len(packet) <= MAX_PACKET and not _asks_for_too_much(frame):
+        if len(packet) <= MAX_PACKET and not _requests_too_much(frame):
             self.end.send(packet, self._scheduler.time())
         elif frame.command == Command.NOTIFICATION:
             for part in self._parts(frame):
@@ -138,7 +138,7 @@ class SerialCarrier:
                     continue
                 if self._answers(frame, self.end.waiting):
                     self.end.confirm(self._scheduler.time())
-            elif _asks_for_too_much(frame):
+            elif _requests_too_much(frame):
                 self.end.send(_too_long(frame.reply()).encode(), self._scheduler.time())
                 continue
             self._pass(frame)
@@ -237,7 +237,7 @@ def _with_data(frame: Frame, data: bytes) -> Frame:
     return Frame(*head, data)
 
 
-def _asks_for_too_much(frame: Frame) -> bool:
+def _requests_too_much(frame: Frame) -> bool:
     """Return True if `frame` subscribes to samples that are too long for a serial frame."""
     if frame.command != Command.ADD_NOTIFICATION or frame.is_response:
         return False
