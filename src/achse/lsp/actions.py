@@ -40,7 +40,7 @@ def code_actions(editor: Editor, params: types.CodeActionParams) -> list[types.C
 
 
 def _declared_name(editor: Editor, uri: str, key: str) -> str:
-    """A name as it is declared: findings of bodies name it in lower case."""
+    """Return a name as it is declared: findings of bodies name it in lower case."""
     for workspace, checking, source in editor.sources_of(uri):
         entry = checking.names.scopes.find(key)
         if entry is not None:

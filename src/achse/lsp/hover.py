@@ -113,7 +113,7 @@ def documentation(symbol: DeclaredSymbol) -> str:
 
 
 def _library_of(source: Source | None) -> str:
-    """The folder of a library that comes with achse."""
+    """Return the folder of a library that comes with achse."""
     if source is None or source.file:
         return "" if source is None else source.library
     return source.path.partition("/")[0]

@@ -66,7 +66,7 @@ class _Walk:
 
     @staticmethod
     def _external(blocks: Iterable[VarBlock]) -> frozenset[str]:
-        """Names of VAR_EXTERNAL, which mean global variables."""
+        """Return names of VAR_EXTERNAL, which mean global variables."""
         return frozenset(
             item.name.lower()
             for block in blocks

@@ -351,7 +351,8 @@ def read_files(
 
 
 def _event_files(project: Path | None) -> Iterator[tuple[bytes, str]]:
-    """The `.tmc` files in folders of a project: a library without a solution keeps events there."""
+    """Yield the `.tmc` files in folders of a project: a library without a solution keeps events
+    there."""
     if project is None:
         return
     for file in files_below(project.parent):

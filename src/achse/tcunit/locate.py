@@ -43,7 +43,8 @@ class TcUnitMissing(Exception):
 def find_tcunit(
     project: Path, libraries: Iterable[Path] = (), environ: Mapping[str, str] | None = None
 ) -> Path | None:
-    """The `.plcproj`, folder or file with TcUnit's sources; None if the project itself has them.
+    """Return the `.plcproj`, folder or file with TcUnit's sources; None if the project itself has
+    them.
 
     Looked at are `libraries`, the environment variable ACHSE_TCUNIT, and folders beside the
     project. Raises `TcUnitMissing`.

@@ -121,7 +121,8 @@ class SegmentReach:
     # objects
 
     def coe(self, message: bytes) -> bytes:
-        """A CoE message, header and all, and the answer to it; emergencies are passed over."""
+        """Return a CoE message, header and all, and the answer to it; emergencies are passed
+        over."""
         self._counter = self._counter % 7 + 1
         message = _MAILBOX.pack(len(message), 0, 0, _COE | self._counter << 4) + message
         message = message.ljust(_MAILBOX_OUT.length, b"\0")
@@ -196,7 +197,7 @@ class SegmentReach:
         self._put(FMMU_BASE, mapping)
 
     def _mapped(self, assignment: int) -> int:
-        """Bytes of the process data in one direction."""
+        """Return bytes of the process data in one direction."""
         bits = 0
         for number in range(1, self.read(assignment)[0] + 1):
             pdo = int.from_bytes(self.read(assignment, number), "little")

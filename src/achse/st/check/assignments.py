@@ -38,8 +38,8 @@ def subrange_of(type: IecType[Any]) -> SubrangeType | None:
 
 
 def _own_value(tree: Expression, target: IecType[Any], value: TypedOperand) -> TypedOperand | None:
-    """The value that an enumeration has by a name, where the name also means what does not fit:
-    `State := EXECUTE` in a method Execute that gives a BOOL."""
+    """Return the value that an enumeration has by a name, where the name also means what does not
+    fit: `State := EXECUTE` in a method Execute that gives a BOOL."""
     enum = resolved(target)
     if not (isinstance(tree, Name) and isinstance(enum, EnumType)) or is_whole(value.flat):
         return None
@@ -248,7 +248,8 @@ class Assignments:
     def _old_of(
         self, storage: Storage, operand: TypedOperand, new: TypedValue, at: int
     ) -> TypedOperand:
-        """The old value, kept in a temporary while the new one is stored: SEL takes the first."""
+        """Return the old value, kept in a temporary while the new one is stored: SEL takes the
+        first."""
         body = self._body
         type = operand.flat
         temporary = body.frame.storage(body.frame.temporary(type), at)

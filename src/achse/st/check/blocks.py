@@ -105,7 +105,8 @@ class Blocks:
     def accessor(
         self, entry: DeclaredUnit, tree: Property, *, get: bool
     ) -> tuple[DeclaredUnit, Property]:
-        """The property whose GET or SET is called: its own, or the nearest base's with one."""
+        """Return the property whose GET or SET is called: its own, or the nearest base's with
+        one."""
         units = self.chain(entry)
         if isinstance(entry.tree, Interface):
             units += self.bases_of_interface(entry)
@@ -117,7 +118,8 @@ class Blocks:
         return entry, tree
 
     def interfaces(self, entry: DeclaredUnit) -> frozenset[str]:
-        """The keys of all interfaces that a block (or interface) has, its bases' included."""
+        """Return the keys of all interfaces that a block (or interface) has, its bases'
+        included."""
         interfaces = self._interfaces.get(id(entry))
         if interfaces is None:
             self._interfaces[id(entry)] = frozenset()

@@ -100,7 +100,8 @@ class CallChecker:
         )
 
     def statement(self, meaning: Meaning, at: int) -> TypedOperand:
-        """A call without parentheses that stands alone: of an action, program or instance."""
+        """Return a call without parentheses that stands alone: of an action, program or
+        instance."""
         match meaning:
             case Callee():
                 return self.invoke(meaning, (), at)
@@ -174,7 +175,8 @@ class CallChecker:
         return TypedOperand(value, result.type)
 
     def valued(self, operand: TypedOperand, at: int) -> TypedOperand:
-        """A call of a function that gives nothing, where a value is needed: a BOOL, FALSE."""
+        """Return a call of a function that gives nothing, where a value is needed: a BOOL,
+        FALSE."""
         call = operand.value
         signature = None
         if isinstance(call, Invocation) and isinstance(call.target, DirectTarget):

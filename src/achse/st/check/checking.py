@@ -68,7 +68,7 @@ def check(
     reach: Reach | None = None,
     unreached: Iterable[Diagnostic] = (),
 ) -> TypedProject:
-    """The typed form of all that a project declares, with every fault and warning.
+    """Return the typed form of all that a project declares, with every fault and warning.
 
     `predefined` are programs and variable lists that the runtime declares in Python. Without
     `check_bounds` an index that is not constant has no bounds. `reach` says which units may have
@@ -158,11 +158,11 @@ class Checking:
         return pointer
 
     def predefined_variable(self, key: str) -> tuple[StructType[Any], str] | None:
-        """A variable that the runtime declares, by its name alone."""
+        """Return a variable that the runtime declares, by its name alone."""
         return self._predefined_variables.get(key)
 
     def unit(self, entry: DeclaredUnit, at: int) -> StructType[Any]:
-        """The record of a program or variable list; a library's is declared now."""
+        """Return the record of a program or variable list; a library's is declared now."""
         declared = self.names.unit(entry)
         key = entry.name.lower()
         if key not in self._units:
@@ -170,7 +170,7 @@ class Checking:
         return declared.__iec__
 
     def function(self, key: str) -> Signature | None:
-        """A function of the user's own, by its name in lower case."""
+        """Return a function of the user's own, by its name in lower case."""
         if key not in self._functions:
             entry = self.names.scopes.entries.get(key)
             signature = None
@@ -349,7 +349,7 @@ class Checking:
     # records and blocks ----------------------------------------------------------------------
 
     def _life_of(self, type: StructType[Any]) -> tuple[str, str, str]:
-        """The keys of a record's lifecycle routines; they are made later."""
+        """Return the keys of a record's lifecycle routines; they are made later."""
         keys = []
         for event in LifeEvent:
             if self.life.needs(type, event):
@@ -410,7 +410,7 @@ class Checking:
         self._require_parts(entry)
 
     def _after_init(self, entry: DeclaredUnit) -> tuple[str, ...]:
-        """The methods with call_after_init; the block needs the attribute itself."""
+        """Return the methods with call_after_init; the block needs the attribute itself."""
         name = "call_after_init"
         if name not in attributes_in(entry.tree):
             return ()
@@ -424,7 +424,7 @@ class Checking:
         return tuple(methods.values())
 
     def _interfaces(self) -> dict[str, TypedInterface]:
-        """The interfaces that are used, and those that they extend."""
+        """Return the interfaces that are used, and those that they extend."""
         interfaces = {}
         bases_of = self.blocks.bases_of_interface
         every = [

@@ -93,7 +93,8 @@ class Converter:
         self._implements = implements
 
     def implicit(self, operand: TypedOperand, target: IecType[Any], at: int) -> TypedValue:
-        """The operand as a variable of `target` takes it. Raises `Unexpected` if none does."""
+        """Return the operand as a variable of `target` takes it. Raises `Unexpected` if none
+        does."""
         to = flat(target)
         value = operand.value
         if operand.loose and isinstance(value, Known):

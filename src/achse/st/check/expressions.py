@@ -113,7 +113,8 @@ class ExpressionChecker:
         return None
 
     def declared_type(self, tree: Expression) -> IecType[Any] | None:
-        """The type that a name means where only a type can stand, whatever else has the name."""
+        """Return the type that a name means where only a type can stand, whatever else has the
+        name."""
         path = path_of(tree)
         if path is not None:
             body = self._body

@@ -58,7 +58,8 @@ def real(value: float, type: IecType[Any]) -> float:
 
 
 def folded(value: TypedValue) -> TypedValue:
-    """The constant that a computation or conversion of constants is; else the value itself."""
+    """Return the constant that a computation or conversion of constants is; else the value
+    itself."""
     if isinstance(value, Converted) and isinstance(value.operand, Known):
         constant = _converted(value.rule, value.operand.value, value.operand.type, value.type)
     elif isinstance(value, Computed) and all(isinstance(item, Known) for item in value.operands):

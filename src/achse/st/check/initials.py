@@ -48,7 +48,8 @@ class Initials:
         *,
         all_of_it: bool = False,
     ) -> list[TypedStatement]:
-        """The assignments of a declaration; without `all_of_it` those that are not constant."""
+        """Return the assignments of a declaration; without `all_of_it` those that are not
+        constant."""
         initial = declaration.initial
         if initial is None:
             return []

@@ -79,7 +79,8 @@ def is_date(type: IecType[Any]) -> bool:
 
 
 def counted(type: IecType[Any]) -> IntegerType:
-    """The integer type that the bits of a value are: of a pointer or time the unsigned one."""
+    """Return the integer type that the bits of a value are: of a pointer or time the unsigned
+    one."""
     return type if isinstance(type, IntegerType) else UNSIGNED[type.size]
 
 

@@ -142,7 +142,8 @@ class Life:
     # signatures ------------------------------------------------------------------------------
 
     def signature(self, type: StructType[Any], event: LifeEvent) -> Signature:
-        """The routine of a record: its parameters are the flags and what FB_init has more."""
+        """Return the routine of a record: its parameters are the flags and what FB_init has
+        more."""
         name = f"{type.name}.{_ROUTINES[event][0]}"
         key = name.lower()
         known = self._signatures.get(key)
@@ -482,7 +483,7 @@ def _members(tree: TypeSpec) -> tuple[Declaration, ...]:
 def _inside(
     storage: Storage, type: IecType[Any], declaration: Declaration
 ) -> Iterator[tuple[Storage, Variable[Any, Any], Declaration]]:
-    """The members of a nameless structure, of each element of an array: place, type, tree."""
+    """Yield the members of a nameless structure, of each element of an array: place, type, tree."""
     inner = element_of(type)
     assert inner is not None
     count = 1 if inner.size == 0 else flat(type).size // inner.size

@@ -212,7 +212,8 @@ class NameResolver:
         return None
 
     def constant(self, scope: Scope, declared: Declared, key: str, at: int) -> Constant | None:
-        """The value of a variable declared CONSTANT, if it is a single value that is known."""
+        """Return the value of a variable declared CONSTANT, if it is a single value that is
+        known."""
         block, declaration = declared
         if "CONSTANT" not in block.qualifiers:
             return None
@@ -320,7 +321,8 @@ class NameResolver:
         return operand
 
     def _global(self, key: str, space: str, at: int) -> Meaning | None:
-        """A variable of a list, or a value of an enumeration, that needs nothing in front."""
+        """Return a variable of a list, or a value of an enumeration, that needs nothing in
+        front."""
         names = self._names
         matches = names.scopes.global_variables(key, space)
         if len(matches) > 1:

@@ -543,7 +543,8 @@ def converted_or_same(value: TypedValue, type: IecType[Any], at: int) -> TypedVa
 
 
 def _formal_of(left: IecType[Any], right: IecType[Any]) -> IecType[Any]:
-    """The declared type of two integers together: the larger, signed if both do not agree."""
+    """Return the declared type of two integers together: the larger, signed if both do not
+    agree."""
     a, b = counted(flat(left)), counted(flat(right))
     if a.size != b.size:
         return left if a.size > b.size else right

@@ -107,7 +107,7 @@ class Signature:
         return self._by_name
 
     def parameter(self, key: str) -> DeclaredParameter | None:
-        """The parameter of that name, in lower case."""
+        """Return the parameter of that name, in lower case."""
         return self.by_name.get(key)
 
 
@@ -126,7 +126,7 @@ class Routines:
         """Signatures to make again when they are asked for."""
 
     def of_function(self, entry: DeclaredUnit) -> Signature:
-        """A function. Raises `Failed`."""
+        """Return a function. Raises `Failed`."""
         tree = entry.tree
         assert isinstance(tree, Function)
         scope = self._names.scopes.scope(entry)
@@ -135,7 +135,7 @@ class Routines:
         )
 
     def of_body(self, entry: DeclaredUnit) -> Signature:
-        """The body of a function block or program. Raises `Failed`."""
+        """Return the body of a function block or program. Raises `Failed`."""
         tree = entry.tree
         assert isinstance(tree, FunctionBlock | Program)
         kind = RoutineKind.BODY if isinstance(tree, FunctionBlock) else RoutineKind.PROGRAM
@@ -143,7 +143,7 @@ class Routines:
         return self._made(entry.name, kind, entry, tree, scope, self.this(entry), None, "")
 
     def of_method(self, entry: DeclaredUnit, tree: Method) -> Signature:
-        """A method of a block, program or interface. Raises `Failed`."""
+        """Return a method of a block, program or interface. Raises `Failed`."""
         name = f"{entry.name}.{tree.name}"
         scope = self._inside(entry, name, tree.blocks)
         kind = RoutineKind.METHOD
@@ -151,7 +151,7 @@ class Routines:
         return self._made(name, kind, entry, tree, scope, this, tree.returns, tree.name)
 
     def of_action(self, entry: DeclaredUnit, tree: Action) -> Signature:
-        """An action. Raises `Failed`."""
+        """Return an action. Raises `Failed`."""
         name = f"{entry.name}.{tree.name}"
         scope = self._inside(entry, name, ())
         return self._made(name, RoutineKind.ACTION, entry, tree, scope, self.this(entry), None, "")
@@ -222,19 +222,19 @@ class Routines:
         return current + list(self._outdated.values())
 
     def known(self, key: str) -> Signature | None:
-        """The signature of that key, if it was requested."""
+        """Return the signature of that key, if it was requested."""
         signature = self._signature_by_key.get(key)
         if signature is None and key in self._outdated:
             return self.made_again(self._outdated[key])
         return signature
 
     def entry(self, key: str) -> DeclaredUnit | None:
-        """The unit of the signature of that key, if it was requested."""
+        """Return the unit of the signature of that key, if it was requested."""
         signature = self._signature_by_key.get(key) or self._outdated.get(key)
         return None if signature is None else signature.entry
 
     def this(self, entry: DeclaredUnit) -> StructType[Any] | None:
-        """The record of the instances that routines of a unit run on. Raises `Failed`."""
+        """Return the record of the instances that routines of a unit run on. Raises `Failed`."""
         if isinstance(entry.tree, FunctionBlock):
             type = self._names.entry_type(entry, entry.tree.at)
             assert isinstance(type, StructType)
@@ -289,7 +289,7 @@ class Routines:
     def _result(
         self, made: Signature, returns: TypeSpec, name: str, initial: Initial | None
     ) -> Variable[Any, Any]:
-        """The variable that a routine's result is in, at its first value."""
+        """Return the variable that a routine's result is in, at its first value."""
         if initial is None:
             type = self._names.type_of(returns, made.scope, made.name)
             return made.frame.add(Variable(type, name=name, section=Section.OUTPUT))
@@ -402,13 +402,13 @@ def _declared_type(variable: Variable[Any, Any], section: str) -> IecType[Any]:
 
 
 def _bounds(declaration: Declaration, variable: Variable[Any, Any]) -> list[str]:
-    """The hidden variables with the bounds of an ARRAY [*], lower and upper by dimension."""
+    """Return the hidden variables with the bounds of an ARRAY [*], lower and upper by dimension."""
     one = f"__{variable.name}_".lower()
     return [name for name in bound_names(declaration) if name.lower().startswith(one)]
 
 
 def _scopes(scope: Scope) -> Iterator[Scope]:
-    """A scope and those of its bases."""
+    """Yield a scope and those of its bases."""
     seen: set[int] = set()
     here: Scope | None = scope
     while here is not None and id(here) not in seen:
@@ -418,7 +418,7 @@ def _scopes(scope: Scope) -> Iterator[Scope]:
 
 
 def attributes_in(tree: SignatureTree | Unit) -> dict[str, str]:
-    """The attributes of a unit or part, by name in lower case."""
+    """Return the attributes of a unit or part, by name in lower case."""
     note = getattr(tree, "note", NO_NOTE)
     return {name.lower(): value for name, value in attributes_of(note).items()}
 

@@ -36,7 +36,8 @@ def slot_calls(name: str, routines: Iterable[Routine], notes: Notes) -> tuple[In
 
 
 def type_change_calls(routines: Iterable[Routine], notes: Notes) -> tuple[TypeChangeCall, ...]:
-    """The methods called for changed layouts of blocks; names are separated by `,` or `|`."""
+    """Return the methods called for changed layouts of blocks; names are separated by `,` or
+    `|`."""
     calls = []
     for routine in routines:
         named = notes.get(routine.key, {}).get(_ON_TYPE_CHANGE, "")

@@ -51,7 +51,7 @@ class SystemOperators:
         return _SPECIALS.get(name)
 
     def variable(self, name: str, at: int) -> TypedOperand | None:
-        """Names that are values: none of the checker's own at present."""
+        """Return names that are values: none of the checker's own at present."""
         return None
 
     def _take(self, name: str, trees: list[Expression], count: int, at: int) -> None:

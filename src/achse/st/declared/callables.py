@@ -57,7 +57,8 @@ def _is_rpc(tree: MethodTree) -> bool:
 
 
 def properties_of(names: "Resolver", parts: Iterable[Part], scope: Scope) -> list[Property]:
-    """The properties with attribute `monitoring` = `call`, on the property or on GET or SET."""
+    """Return the properties with attribute `monitoring` = `call`, on the property or on GET or
+    SET."""
     return [
         Property(
             part.name,

@@ -139,8 +139,8 @@ class NamedConstants:
         return False
 
     def global_constant(self, key: str, name: str, space: str, at: int) -> Constant:
-        """The constant that a name means where nothing nearer has it, seen from a name space.
-        Raises `NotConstant`."""
+        """Return the constant that a name means where nothing nearer has it, seen from a name
+        space. Raises `NotConstant`."""
         matches = self._scopes.global_variables(key, space)
         if len(matches) > 1:
             places = " and ".join(scope.owner for scope, _ in matches[:3])
@@ -214,7 +214,8 @@ class NamedConstants:
         return Constant(value)
 
     def constant_of(self, scope: Scope, declared: Declared, keys: list[str], at: int) -> Constant:
-        """The value of a constant. Raises `NotConstant` for other variables, and `Failed`."""
+        """Return the value of a constant. Raises `NotConstant` for other variables, and
+        `Failed`."""
         block, declaration = declared
         initial = declaration.initial
         key = keys[0]
@@ -257,7 +258,8 @@ class NamedConstants:
         return Constant(value, type)
 
     def _operand_type(self, operand: Expression, scope: Scope) -> IecType[Any]:
-        """The type that SIZEOF and the like look at: one that is named, or that of a variable."""
+        """Return the type that SIZEOF and the like look at: one that is named, or that of a
+        variable."""
         at = operand.at
         if isinstance(operand, TypeOperand):
             return self._types.type_of(operand.type, scope, scope.owner)

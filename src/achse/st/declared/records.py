@@ -307,7 +307,8 @@ class Records:
     def _initial(
         self, type: IecType[Any], tree: Declaration, scope: Scope
     ) -> tuple[object, Sequence[StartValue]]:
-        """The initial value of a variable, and what belongs over it when memory is laid out."""
+        """Return the initial value of a variable, and what belongs over it when memory is laid
+        out."""
         if tree.initial is None and not tree.arguments:
             return None, ()
         initial: object = None
@@ -411,8 +412,8 @@ def _implicit_names(blocks: Iterable[VarBlock]) -> frozenset[str]:
 
 
 def bound_names(declaration: Declaration) -> list[str]:
-    """The hidden variables with the bounds of a VAR_IN_OUT of ARRAY [*]: lower and upper of each
-    dimension, for each name. None for other types."""
+    """Return the hidden variables with the bounds of a VAR_IN_OUT of ARRAY [*]: lower and upper of
+    each dimension, for each name. None for other types."""
     spec = declaration.type
     if not (isinstance(spec, ArrayOf) and None in spec.dimensions):
         return []

@@ -220,7 +220,8 @@ class Resolver:
         return instance
 
     def base_of_one(self, base: DeclaredUnit, block: DeclaredUnit) -> DeclaredUnit:
-        """A base as it is in one block that extends it, with a layout for this block alone."""
+        """Return a base as it is in one block that extends it, with a layout for this block
+        alone."""
         name = f"{base.name}<{block.name}>"
         instance = self._instances.get(name.lower())
         if instance is None:
@@ -406,7 +407,8 @@ class Resolver:
         return type
 
     def base(self, named: NamedType, scope: Scope, kind: RecordKind) -> StructType[Any]:
-        """The type that another extends. Raises `Unexpected` if there is none of that kind."""
+        """Return the type that another extends. Raises `Unexpected` if there is none of that
+        kind."""
         base = self.named(named, scope)
         if not isinstance(base, StructType) or base.kind is not kind:
             raise Unexpected(
@@ -514,7 +516,8 @@ class Resolver:
 
 
 def _python_name(name: str) -> str:
-    """The name of an enumeration's member in Python, which keeps `_x_` and `mro` for itself."""
+    """Return the name of an enumeration's member in Python, which keeps `_x_` and `mro` for
+    itself."""
     is_current = name.lower() in _RESERVED or (name.startswith("_") and name.endswith("_"))
     return f"value{name}" if is_current else name
 

@@ -134,7 +134,7 @@ class Scope:
 
 
 def _library_of(source: Source) -> str:
-    """The name space of a library: its namespace in the project, or the folder of a library
+    """Return the name space of a library: its namespace in the project, or the folder of a library
     that comes with achse."""
     if source.library:
         return source.library
@@ -145,7 +145,7 @@ def _library_of(source: Source) -> str:
 
 
 def with_bases(scope: Scope) -> Iterator[Scope]:
-    """A scope and those of the blocks it extends, which faulty sources may close to a ring."""
+    """Yield a scope and its bases, which faulty sources may close to a ring."""
     seen: set[int] = set()
     here: Scope | None = scope
     while here is not None and id(here) not in seen:
@@ -161,7 +161,7 @@ def parts_of_instance(key: str) -> list[str]:
 
 
 def blocks_of(unit: Unit) -> Sequence[VarBlock]:
-    """The variables of a unit; the members of a structure or union are one block."""
+    """Return the variables of a unit; the members of a structure or union are one block."""
     if isinstance(unit, TypeDeclaration):
         spec = unit.type
         if isinstance(spec, StructOf | UnionOf):
@@ -331,8 +331,8 @@ class Scopes:
             self.loose_values.setdefault(key, []).append(entry)
 
     def find(self, name: str, space: str = "") -> DeclaredUnit | None:
-        """The unit of a name as seen from a name space. Names of libraries in front of it that
-        nothing here declares are passed over: `Tc2_MC2.AXIS_REF` is AXIS_REF."""
+        """Return the unit of a name as seen from a name space. Names of libraries in front of it
+        that nothing here declares are passed over: `Tc2_MC2.AXIS_REF` is AXIS_REF."""
         key = name.lower()
         prefix = space.lower()
         head, dot, rest = key.partition(".")
@@ -352,8 +352,8 @@ class Scopes:
                 return None
 
     def _in_libraries(self, key: str, library: str) -> DeclaredUnit | None:
-        """A name as one library sees it: its own, that of a library that it references, else that
-        of another library where the project has that name, too."""
+        """Return a name as one library sees it: its own, that of a library that it references, else
+        that of another library where the project has that name, too."""
         if unit := self._of_libraries[library].get(key):
             return unit
         for name in self._references.get(library, ()):
@@ -366,7 +366,7 @@ class Scopes:
         return next(units, None)
 
     def _units_of(self, name: str, space: str = "") -> Mapping[str, DeclaredUnit]:
-        """The units of the library that a name space or title means, seen from a name space."""
+        """Return the units of the library that a name space or title means in a name space."""
         spaces = self._spaces.get(space if space in self._of_libraries else "", {})
         return self._of_libraries.get(spaces.get(name, name), {})
 
@@ -380,7 +380,7 @@ class Scopes:
         )
 
     def library_named(self, name: str) -> str:
-        """The name space of a library, as it is written before names; empty if there is none."""
+        """Return the name space of a library as it is written before names; empty without one."""
         units = self._units_of(name.lower())
         return "" if not units else next(iter(units.values())).space
 
@@ -414,7 +414,7 @@ class Scopes:
         return 2 if other else 1
 
     def global_variables(self, key: str, space: str) -> Sequence[tuple[Scope, Declared]]:
-        """The variables of lists that a name alone means, seen from a name space."""
+        """Return the variables of lists that a name alone means, seen from a name space."""
         named = self.globals.get(key)
         if named is None:
             return ()
@@ -423,11 +423,12 @@ class Scopes:
         return [(scope, scope.variables[key]) for scope in scopes]
 
     def values_of_enumerations(self, key: str, space: str) -> Sequence[DeclaredUnit]:
-        """The enumerations of which a value is meant by its name alone, seen from a name space."""
+        """Return the enumerations of which a value is meant by its name alone, seen from a name
+        space."""
         return self._visible(self.loose_values.get(key, ()), key, space)
 
     def lists_with_property(self, key: str, space: str) -> Sequence[DeclaredUnit]:
-        """The variable lists of which a property is meant by its name alone."""
+        """Return the variable lists of which a property is meant by its name alone."""
         return self._visible(self.list_properties.get(key, ()), key, space)
 
     def forget(self, entry: DeclaredUnit) -> None:
@@ -588,7 +589,7 @@ class Scopes:
         return isinstance(tree, TypeDeclaration) and isinstance(tree.type, EnumOf | NamedType)
 
     def own(self, key: str, scope: Scope) -> tuple[Scope, Declared] | None:
-        """The variable of that name in a scope or in those it extends."""
+        """Return the variable of that name in a scope or in those it extends."""
         if (variable := scope.variables.get(key)) is not None:
             return scope, variable
         if scope.base is None:

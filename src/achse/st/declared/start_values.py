@@ -184,7 +184,8 @@ def start_value(
     part: NonConstantPart,
     work_out: Callable[[StartValues, IecType[Any], Expression], bytes] = StartValues.encoded,
 ) -> StartValue:
-    """A part of an initial value that is not a constant, to be worked out when there is memory."""
+    """Return a part of an initial value that is not a constant, to be worked out when there is
+    memory."""
     type, offset, bit, tree = part
 
     def value(surroundings: StartContext, own: PointedValue) -> bytes:

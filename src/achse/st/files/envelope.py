@@ -61,7 +61,8 @@ class TaskDeclaration(NamedTuple):
 
 
 def read_task(root: Element) -> TaskDeclaration:
-    """The task in a `.TcTTO`; its cycle is given in µs, such as 12.5. Raises `SourceError`."""
+    """Return the task in a `.TcTTO`; its cycle is given in µs, such as 12.5. Raises
+    `SourceError`."""
     task = root.child("Task")
     cycle, priority = task.text_of("CycleTime").strip(), task.text_of("Priority", "20").strip()
     if not (_MICROSECONDS.fullmatch(cycle) and _PRIORITY.fullmatch(priority)):
@@ -224,8 +225,8 @@ class _Envelope:
         return tuple(parts)
 
     def _transition(self, element: Element) -> Method:
-        """A transition object: a method that returns its condition, which its body assigns to its
-        name; Structured Text may be the condition alone."""
+        """Return a transition object: a method that returns its condition, which its body assigns
+        to its name; Structured Text may be the condition alone."""
         name = element.attributes.get("Name", "")
         condition = self._condition(element)
         if condition is None:
@@ -236,7 +237,8 @@ class _Envelope:
         return Method(name, (), NamedType("BOOL"), (), body, NO_NOTE, self._start_of_text(element))
 
     def _condition(self, element: Element) -> Expression | None:
-        """The condition that the text of a transition is; None if it has statements or none."""
+        """Return the condition that the text of a transition is; None if it has statements or
+        none."""
         implementation = element.find("Implementation")
         text = None if implementation is None else implementation.find("ST")
         if text is None:

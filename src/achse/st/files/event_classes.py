@@ -62,7 +62,8 @@ def event_classes(contents: Iterable[tuple[bytes, str]]) -> list[EventClass]:
 
 
 def base_classes(sources: Iterable[Parsed], known: Iterable[EventClass]) -> list[EventClass]:
-    """The classes that every project has, if its sources name them and no file of it has them."""
+    """Return the classes that every project has, if its sources name them and no file of it has
+    them."""
     texts = [parsed.source.text for parsed in sources]
     others = {one.name.lower() for one in known}
     return [

@@ -58,7 +58,8 @@ _UTF_16 = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
 def read_sources(
     path: Path, defines: Defines, faults: list[Diagnostic]
 ) -> tuple[list[Parsed], list[TaskDeclaration]]:
-    """The sources and tasks of one project; which of them cannot be read goes into `faults`."""
+    """Return the sources and tasks of one project; which of them cannot be read goes into
+    `faults`."""
     sources: list[Parsed] = []
     tasks: list[TaskDeclaration] = []
     asking: list[tuple[int, Path, str]] = []

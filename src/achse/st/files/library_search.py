@@ -73,7 +73,8 @@ def gather(
     defines: Defines,
     faults: list[Diagnostic],
 ) -> Gathered:
-    """The libraries that are referenced, those that they reference, and all that is taken whole.
+    """Return the libraries that are referenced, those that they reference, and all that is taken
+    whole.
 
     `places` are folders and files of the user. What cannot be read goes into `faults`.
     """
@@ -140,8 +141,8 @@ def gather(
 
 
 def _come_with_achse(references: Iterable[LibraryReference]) -> Mapping[str, Sequence[str]]:
-    """The folders of the libraries that come with achse, in the order of the references, each with
-    its name spaces."""
+    """Return the folders of the libraries that come with achse, in the order of the references,
+    each with its name spaces."""
     folders = {plain_title(name): name for name in libraries.names()}
     spaces: dict[str, list[str]] = {}
     for reference in references:
@@ -189,7 +190,8 @@ class _LibraryFolders:
         return self._only.values()
 
     def title(self, place: Path) -> str:
-        """The name space of what is at a place: the title of its project, else its own name."""
+        """Return the name space of what is at a place: the title of its project, else its own
+        name."""
         project = self._only.get(place, place)
         if has_content(project, Content.PROJECT):
             match = _TITLE.search(content_of(project, project.name))

@@ -36,12 +36,14 @@ class LibraryReference(NamedTuple):
 
 
 def plain_title(title: str) -> str:
-    """A title for comparing: projects write one library's as `[My Library]` and `My_Library`."""
+    """Return a title for comparing: projects write one library's as `[My Library]` and
+    `My_Library`."""
     return "".join(sign for sign in title.lower() if sign.isalnum())
 
 
 def references_of(root: Element) -> list[LibraryReference]:
-    """The references of a project in order. A placeholder stands for what it is resolved to."""
+    """Return the references of a project in order. A placeholder stands for what it is resolved
+    to."""
     resolved: dict[str, str] = {}
     elements: list[Element] = []
     for element in root.walk():

@@ -142,7 +142,8 @@ class GraphicalBody:
         return self.start + at
 
     def place(self, offset: int) -> str:
-        """The place of an offset in the drawing: `network 3, rung 1`; empty if it has no name."""
+        """Return the place of an offset in the drawing: `network 3, rung 1`; empty if it has no
+        name."""
         at = offset - self.start
         place = self._places.get(at)
         if place is not None:

@@ -79,7 +79,8 @@ def memory_of(body: GraphicalBody, key: str) -> str:
 
 
 def sign_of_operator(name: str) -> str:
-    """The sign of an operator in Structured Text; empty for what is called like a function."""
+    """Return the sign of an operator in Structured Text; empty for what is called like a
+    function."""
     return name if name in _ALL_SIGNS else _SIGNS.get(name.lower(), "")
 
 

@@ -117,7 +117,8 @@ def lowered_function_chart(
 
 
 def _with_names(element: ChartBox, scope: BodyScope) -> ChartBox:
-    """A box of a unit whose pins have only an order gets their names, and the kind of the unit."""
+    """Return a box of a unit whose pins have only an order gets their names, and the kind of the
+    unit."""
     if element.call == "Operator":
         return element
     pins = scope.pins(element.type)
@@ -204,7 +205,7 @@ class _Connections:
         self.position = {id(element): number for number, element in enumerate(self.order)}
 
     def _edges(self, elements: Sequence[Ordered]) -> Iterator[tuple[int, int]]:
-        """Numbers of elements: `(producer, consumer)`."""
+        """Yield numbers of elements: `(producer, consumer)`."""
         number = {id(element): index for index, element in enumerate(elements)}
         for index, element in enumerate(elements):
             for pin in _inputs_of(element):

@@ -325,7 +325,7 @@ def _at(list: Sequence[_T], index: int, default: _T) -> _T:
 
 
 def _parameters(source: ArchiveObject, name: str) -> tuple[list[str], list[str]]:
-    """Names and types of the pins."""
+    """Return names and types of the pins."""
     list = source.part(name)
     if list is None:
         return [], []

@@ -342,8 +342,8 @@ def _drop_end(
 
 
 def _token_before(index: int, kinds: list[str], words: list[str], known: int, same: int) -> int:
-    """The token before a comment in the same line; -1 if there is none. Before the comment at
-    `known` that is `same`."""
+    """Return the token before a comment in the same line; -1 if there is none. Before the comment
+    at `known` that is `same`."""
     index -= 1
     while index >= 0:
         if index == known and "\n" not in words[index]:
@@ -357,7 +357,8 @@ def _token_before(index: int, kinds: list[str], words: list[str], known: int, sa
 
 
 def _flattened(text: str, start: int, end: int) -> str:
-    """The text with the signs of comments inside comments blanked out, at the same offsets."""
+    """Return the text with the signs of comments inside comments blanked out, at the same
+    offsets."""
     parts: list[str] = []
     copied_to = position = start
     opening = ""

@@ -268,8 +268,8 @@ class Source:
         return self.text[start : last if end < 0 else end]
 
     def fault(self, offset: int, message: str, code: Code, end: int | None = None) -> Diagnostic:
-        """A fault at an offset, up to `end` or that of the word there; in a drawing the message
-        names the place."""
+        """Return a fault at an offset, up to `end` or that of the word there; in a drawing the
+        message names the place."""
         location = self.locate(offset)
         place = self.place(offset)
         origin = FindingOrigin(self, offset, end, message)
@@ -285,7 +285,8 @@ class Source:
         return Diagnostic(location, message, code, line, last.line, last.column + 1, origin)
 
     def _word_end(self, offset: int) -> int:
-        """The offset behind the word that begins at an offset; the same where none begins."""
+        """Return the offset behind the word that begins at an offset; the same where none
+        begins."""
         offset = max(0, min(offset, len(self.text)))
         index = bisect_right(self._starts, offset)
         last = self._starts[index] if index < len(self._starts) else len(self.text)

@@ -246,8 +246,8 @@ class DeclaredTypes:
                 yield DeclaredType(scope.variables[key][1].type, scope.space)
 
     def _parts(self, entry: DeclaredUnit, key: str) -> Iterator[DeclaredType]:
-        """The types of properties, and of what methods return, of that name: of the unit first,
-        then of its bases."""
+        """Yield the types of properties, and of what methods return, of that name: of the unit
+        first, then of its bases."""
         seen: set[int] = set()
         waiting = [entry]
         while waiting:

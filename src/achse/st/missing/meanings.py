@@ -363,7 +363,8 @@ class Meanings:
         return None
 
     def _missing_member(self, spec: NamedType, name: str) -> MissingUse:
-        """A part of a missing type; one that a symbol file has is known by its type alone."""
+        """Return a part of a missing type; one that a symbol file has is known by its type
+        alone."""
         use = self.use(spec)
         part = None if use.block is None else part_of(use.block, name)
         if part is not None:

@@ -459,7 +459,8 @@ class _Writer:
     def _section(
         self, word: str, variables: Iterable[MissingUse], owner: str, *, is_routine: bool = False
     ) -> Iterator[str]:
-        """A section; arrays that a routine takes have any length, as variables of the caller."""
+        """Yield a section; arrays that a routine takes have any length, as variables of the
+        caller."""
         is_input = word == "VAR_INPUT" and is_routine
         for is_array, group in groupby(variables, lambda one: is_input and _is_array(one)):
             yield "VAR_IN_OUT" if is_array else word

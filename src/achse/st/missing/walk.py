@@ -271,7 +271,8 @@ class MissingNames:
                 one.note_type(self.meanings.text(argument.value, scope))
 
     def _base_to_begin(self, at: tuple[TypeSpec, Scope]) -> MissingUse | None:
-        """The missing base of a block, whose FB_init takes the arguments of a declaration."""
+        """Return the missing base of a block, whose FB_init takes the arguments of a
+        declaration."""
         entry = self._callee(at)
         seen: set[int] = set()
         while entry is not None and id(entry) not in seen:

@@ -30,7 +30,8 @@ _READERS = {".tmc": read_tmc, ".tpy": read_tpy}
 
 
 def read_symbol_file(data: bytes, source: str) -> SymbolFile:
-    """The content of a `.tmc` or `.tpy`; the name `source` says which. Raises `SourceError`."""
+    """Return the content of a `.tmc` or `.tpy`; the name `source` says which. Raises
+    `SourceError`."""
     for suffix, read in _READERS.items():
         if source.lower().endswith(suffix):
             return read(data, source)

@@ -22,7 +22,8 @@ _TOOL_NOTES = {"TcVarGlobal", "TcAddressType", "TcPersistent"}
 
 
 def types_of_tmc(data: bytes, source: str = "tmc") -> tuple[FileTypes, Element]:
-    """The types of a `.tmc`, and its module, or what is in place of it: the root, if there is none.
+    """Return the types of a `.tmc`, and its module, or what is in place of it: the root, if there
+    is none.
 
     A solution's project (`.tsproj`) has the types of its type system in the same form. Files of
     event classes and data types have no module; of several the PLC's counts. Raises `SourceError`

@@ -69,7 +69,8 @@ def checked_address(
 
 
 def properties_of(element: Element) -> dict[str, str]:
-    """The `<Properties>` of an element: attributes of the declaration, and notes of the tool."""
+    """Return the `<Properties>` of an element: attributes of the declaration, and notes of the
+    tool."""
     properties = element.find("Properties")
     pairs = [] if properties is None else properties.all("Property")
     return {pair.text_of("Name").strip(): pair.text_of("Value") for pair in pairs}
@@ -138,8 +139,8 @@ class FileTypes:
         return False
 
     def signature(self, name: str) -> BlockSignature | None:
-        """The signature of the block or interface of that whole name; parts with types that the
-        file does not have are left out."""
+        """Return the signature of the block or interface of that whole name; parts with types that
+        the file does not have are left out."""
         element = self._elements.get(name.strip().lower())
         if element is None:
             return None
@@ -178,7 +179,8 @@ class FileTypes:
     # names -----------------------------------------------------------------------------------
 
     def type_of(self, element: Element, tag: str, size_tag: str = "BitSize") -> IecType[Any]:
-        """The type that the child `tag` of an element names, with the size the element states."""
+        """Return the type that the child `tag` of an element names, with the size the element
+        states."""
         size = self.bytes_of(element, size_tag)
         text = self._text(element.child(tag), element)
         try:
@@ -203,7 +205,8 @@ class FileTypes:
         return -(-bits // 8)
 
     def _text(self, named: Element, owner: Element) -> str:
-        """The type of a `<Type>` element as IEC text, with the arrays and pointers around it."""
+        """Return the type of a `<Type>` element as IEC text, with the arrays and pointers around
+        it."""
         guid = named.attributes.get("GUID", "").upper()
         text = self._by_guid.get(guid) or _qualified(named)
         text = _pointers(named) + text
@@ -353,7 +356,8 @@ class FileTypes:
     def _members(
         self, element: Element, size: int, inherited: Sequence[Variable[Any, Any]]
     ) -> Iterator[Variable[Any, Any]]:
-        """The members that a type adds; a `.tpy` lists the inherited ones again, at their place."""
+        """Yield the members that a type adds; a `.tpy` lists the inherited ones again, at their
+        place."""
         before = {member.name.lower(): member.offset for member in inherited}
         taken: set[str] = set()
         for item in element.all("SubItem"):

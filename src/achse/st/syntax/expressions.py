@@ -80,7 +80,8 @@ class ExpressionParser:
         self._starts = cursor.starts
 
     def expression(self, power: int = 0) -> Expression:
-        """An expression of operators that bind stronger than `power`. Raises `Unexpected`."""
+        """Return an expression of operators that bind stronger than `power`. Raises
+        `Unexpected`."""
         cursor = self._cursor
         kinds = self._kinds
         position = cursor.position

@@ -182,7 +182,8 @@ class Parser:
             cursor.position += 1
 
     def _global_list(self, name: str, blocks: list[VarBlock], at: int) -> GlobalList:
-        """The list, with what its first block is noted with: attributes count for the list."""
+        """Return the list, with what its first block is noted with: attributes count for the
+        list."""
         first = blocks[0]
         blocks[0] = VarBlock(first.section, first.qualifiers, first.variables, NO_NOTE, first.at)
         return GlobalList(name, tuple(blocks), first.note, at)

@@ -96,7 +96,8 @@ def print_expression(tree: Expression) -> str:
 
 
 def _expression(tree: Expression, power: int) -> str:
-    """The text of a tree where only operators that bind stronger than `power` may stand bare."""
+    """Return the text of a tree where only operators that bind stronger than `power` may stand
+    bare."""
     # Long sums lean to the left: that side is walked, not descended.
     tail: list[str] = []
     closing = 0

@@ -13,7 +13,8 @@ if TYPE_CHECKING:
 
 
 def flat(type: IecType[Any]) -> IecType[Any]:
-    """The type that code sees: behind aliases and sub-ranges, and the base of an enumeration."""
+    """Return the type that code sees: behind aliases and sub-ranges, and the base of an
+    enumeration."""
     while isinstance(type, AliasType):
         type = type.base
     return type.base if isinstance(type, EnumType) else type

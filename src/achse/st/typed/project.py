@@ -184,7 +184,8 @@ class TypedProject:
     """Blocks of which only the variables are known, and whose calls do nothing, in lower case."""
 
     def numbered_after(self, earlier: "TypedProject") -> "TypedProject":
-        """The same with the block numbers of an earlier project, whose instances are in memory."""
+        """Return the same with the block numbers of an earlier project, whose instances are in
+        memory."""
         known = {key: block.number for key, block in earlier.blocks.items()}
         free = count(max([0, *known.values()]) + 1)
         blocks = {

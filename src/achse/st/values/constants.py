@@ -90,7 +90,8 @@ class Evaluator:
         return left
 
     def integer(self, tree: Expression, what: str, at: int) -> int:
-        """The value of an expression that must be a constant whole number, for example `what`."""
+        """Return the value of an expression that must be a constant whole number, for example
+        `what`."""
         try:
             constant = self.value(tree)
         except NotConstant as fault:

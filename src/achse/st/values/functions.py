@@ -185,7 +185,8 @@ def _all_numbers(operands: Sequence[Constant], at: int) -> None:
 
 
 def _common(operands: Sequence[Constant], at: int) -> list[Constant]:
-    """The operands as values of the one type that the result of MAX, SEL and the like has."""
+    """Return the operands as values of the one type that the result of MAX, SEL and the like
+    has."""
     kinds = {_kind(item) for item in operands}
     if len(kinds) > 1:
         shown = ", ".join(repr(item.value) for item in operands)

@@ -37,7 +37,8 @@ _NUMBERS = (Literal, Unary, Binary)
 
 
 def _elements_within(type: IecType[Any]) -> int:
-    """The elements of an array in all its dimensions and those of inner arrays; 0 for none."""
+    """Return the elements of an array in all its dimensions and those of inner arrays; 0 for
+    none."""
     real = resolved(type)
     if not isinstance(real, ArrayType):
         return 0
@@ -141,7 +142,8 @@ class InitialValues:
         return nested
 
     def _by_element(self, type: ArrayType[Any], initial: ArrayInitial) -> ArrayInitial:
-        """Numbers in one row for an array of arrays, as TwinCAT 2 has them, by inner array."""
+        """Return numbers in one row for an array of arrays, as TwinCAT 2 has them, by inner
+        array."""
         inner = _elements_within(type.element)
         if inner <= 1 or not all(isinstance(item, _NUMBERS) for item in initial.values):
             return initial

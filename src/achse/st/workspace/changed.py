@@ -250,7 +250,7 @@ def _seen_of(part: Any) -> Iterator[object]:
 
 
 def _names_in(declaration: Declaration) -> Iterator[str]:
-    """The names of variables, and the values of an enumeration that is declared there."""
+    """Yield the names of variables, and the values of an enumeration that is declared there."""
     for item in declaration.names:
         yield item.name.lower()
     spec: TypeSpec = declaration.type

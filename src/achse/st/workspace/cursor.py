@@ -114,7 +114,7 @@ def completions(checking: WarmChecking, source: Source, offset: int) -> list[Dec
 
 
 def _of_library(checking: WarmChecking, name: str) -> list[DeclaredSymbol]:
-    """The units of a library that is named before the dot."""
+    """Return the units of a library that is named before the dot."""
     space = checking.names.scopes.library_named(name)
     entries = checking.names.scopes.entries.values()
     return [symbol_of_unit(one) for one in entries if space and one.space == space]
@@ -166,7 +166,7 @@ def open_call(checking: WarmChecking, source: Source, offset: int) -> OpenCall |
 
 
 def _signature(checking: WarmChecking, routine: Signature, path: str) -> Signature | None:
-    """The routine that a path calls."""
+    """Return the routine that a path calls."""
     with checking.probing(routine) as body:
         meaning = _meaning(body, path)
         routines = checking.routines

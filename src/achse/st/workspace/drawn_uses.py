@@ -71,7 +71,7 @@ def _meanings(uses: Iterable[NameUse]) -> dict[_Path, list[DeclaredSymbol]]:
 
 
 def _paths(body: GraphicalBody) -> Iterator[tuple[int, list[re.Match[str]]]]:
-    """The dotted names in the texts of a drawing, with the offset of each text."""
+    """Yield the dotted names in the texts of a drawing, with the offset of each text."""
     for scalar in _SCALAR.finditer(body.text):
         group = "text" if scalar["text"] is not None else 3
         if scalar["facts"] and _UNREAD.search(scalar["facts"]):

@@ -135,7 +135,7 @@ class ProjectStubs:
         yield from _words_of(files, {one.location.path for one in declared})
 
     def _reached_words(self, sources: Iterable[Parsed], index: WordIndex) -> frozenset[str]:
-        """The names by which code reaches a stub, or what has its type."""
+        """Return the names by which code reaches a stub, or what has its type."""
         if self._reached is None:
             scopes = self._checking.names.scopes
             every = (*sources, *self.sources)
@@ -153,7 +153,7 @@ class ProjectStubs:
 
 
 def _unknown_in(checking: WarmChecking) -> _Unknown:
-    """The faults of names that mean nothing."""
+    """Return the faults of names that mean nothing."""
     found: _Unknown = Counter()
     nodes = checking.nodes.values()
     for faults in (checking.names.scopes.faults, *(node.faults for node in nodes)):
@@ -164,8 +164,8 @@ def _unknown_in(checking: WarmChecking) -> _Unknown:
 
 
 def _names_in(tree: Any) -> Iterator[str]:
-    """The names in some code that stand for something by themselves, in lower case: no members and
-    no parameters."""
+    """Yield the names in some code that stand for something by themselves, in lower case: no
+    members and no parameters."""
     waiting: list[Any] = [tree]
     while waiting:
         tree = waiting.pop()

@@ -198,8 +198,8 @@ def first_touched(
 
 
 def _given_names(versions: Sequence[Unit], *, is_whole: bool) -> Iterable[str]:
-    """The names of a unit, and those of its contents that need no prefix; of a list those alone
-    that differ between two versions, unless it `is_whole`."""
+    """Return the names of a unit, and those of its contents that need no prefix; of a list those
+    alone that differ between two versions, unless it `is_whole`."""
     if not is_whole and len(versions) == 2 and isinstance(versions[0], GlobalList):
         different = differing(*versions)
         if different is not None:
@@ -210,8 +210,8 @@ def _given_names(versions: Sequence[Unit], *, is_whole: bool) -> Iterable[str]:
 def _words_of_routines(
     source: Source, routines: Sequence[Signature]
 ) -> Iterator[tuple[str, frozenset[str]]]:
-    """The words in the text of each routine: from its declarations, and from its body, to where
-    those of another begin."""
+    """Yield the words in the text of each routine: from its declarations, and from its body, to
+    where those of another begin."""
     places = {routine.key: tuple(_places_of(routine)) for routine in routines}
     ends = sorted({place for own in places.values() for place in own})
     pieces = [piece.start for piece in source.pieces]
@@ -231,14 +231,14 @@ def _words_of_routines(
 
 
 def _places_of(routine: Signature) -> Iterator[int]:
-    """The offsets of the declarations and of the first statement of a routine."""
+    """Yield the offsets of the declarations and of the first statement of a routine."""
     yield routine.tree.at
     if isinstance(routine.body, tuple) and routine.body:
         yield first_offset(routine.body[0])
 
 
 def units_of(parsed: Parsed) -> Iterator[tuple[str, Unit]]:
-    """The units of a file with their keys; those in name spaces too."""
+    """Yield the units of a file with their keys; those in name spaces too."""
     waiting: list[tuple[str, Unit]] = [("", unit) for unit in parsed.units]
     while waiting:
         space, unit = waiting.pop()

@@ -78,7 +78,8 @@ def use_at(checking: WarmChecking, source: Source, offset: int) -> SymbolUse | N
 
 
 def _uses(checking: WarmChecking, source: Source, routines: Iterable[Signature]) -> list[SymbolUse]:
-    """The names in the declarations of a source and in the bodies of some of its routines."""
+    """Return the names in the declarations of a source and in the bodies of some of its
+    routines."""
     found: dict[int, SymbolUse] = {}
     for outline in outline_in(checking, source):
         for symbol in _flat(outline):
@@ -132,7 +133,7 @@ def _in_declarations(checking: WarmChecking, entry: DeclaredUnit) -> Iterator[Sy
 
 
 def _walk(checking: WarmChecking, source: Source, root: Any, scope: Scope) -> Iterator[SymbolUse]:
-    """Names of types, and names in expressions, of the declarations in a unit."""
+    """Yield names of types, and names in expressions, of the declarations in a unit."""
     waiting: list[tuple[Any, Scope]] = [(root, scope)]
     while waiting:
         tree, here = waiting.pop()
@@ -204,7 +205,7 @@ def _of_path(
 
 
 def _value_beside(scope: Scope, key: str, checking: WarmChecking) -> DeclaredSymbol | None:
-    """A value of the enumeration that is being declared."""
+    """Return a value of the enumeration that is being declared."""
     entry = checking.names.scopes.entries.get(scope.owner.lower())
     tree = None if entry is None else entry.tree
     if isinstance(tree, TypeDeclaration) and isinstance(tree.type, EnumOf) and entry is not None:

@@ -398,8 +398,8 @@ def _with(statement: Any, name: str, place: int, part: Any) -> Any:
 
 
 def _swapped(value: Computed, other: Operator, place: int) -> Computed:
-    """A chain with another operator before its operand number `place`, as the text would be read
-    by the precedence of operators."""
+    """Return a chain with another operator before its operand number `place`, as the text would be
+    read by the precedence of operators."""
     operator, operands, type = value.operator, value.operands, value.type
 
     def joined(of: Operator, *parts: TypedValue) -> TypedValue:

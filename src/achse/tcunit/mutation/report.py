@@ -41,7 +41,7 @@ def summary_of(run: MutationRun, *, shows_all: bool = False) -> str:
 
 
 def _totals(run: MutationRun) -> str:
-    """Numbers by outcome, and the score."""
+    """Return numbers by outcome, and the score."""
     score = run.score
     counts = ", ".join(
         f"{count} {outcome.value}" for outcome, count in score.counts.items() if count

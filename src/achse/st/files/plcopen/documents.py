@@ -69,7 +69,8 @@ def tasks_of_plcopen(data: bytes, path: str) -> list[TaskDeclaration]:
 
 
 def _nanoseconds(text: str) -> int:
-    """The length of an interval, a TIME literal or a duration as XML has it; 0 if it is neither."""
+    """Return the length of an interval, a TIME literal or a duration as XML has it; 0 if it is
+    neither."""
     duration = _SECONDS.fullmatch(text.strip())
     if text and duration is not None:
         hours, minutes, seconds = (float(one or 0) for one in duration.groups())

@@ -62,8 +62,8 @@ class DiagramElements:
 
 
 def _closed(text: str) -> str:
-    """A skipped element as the reader of XML gives it, with its end tag; one without content has
-    no text."""
+    """Return a skipped element as the reader of XML gives it, with its end tag; one without content
+    has no text."""
     text = text.rstrip() or "<none/>"
     tag = _TAG.match(text)
     if tag is None or text.endswith(f"</{tag[1]}>") or _ALONE.fullmatch(text):
@@ -79,7 +79,8 @@ def _number(text: str) -> int:
 
 
 def connections_of(element: Element | None) -> Iterator[tuple[str, str]]:
-    """Numbers of the elements that lead to a `connectionPointIn`'s owner, and their outputs."""
+    """Yield numbers of the elements that lead to a `connectionPointIn`'s owner, and their
+    outputs."""
     point = None if element is None else element.find("connectionPointIn")
     for connection in point.all("connection") if point is not None else ():
         attributes = connection.attributes
