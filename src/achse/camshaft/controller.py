@@ -135,7 +135,7 @@ class CamController:
         return sum(cam.type != CamType.NONE for cam in self.cams)
 
     def digest(self) -> bytes:
-        """A hash of all its state, the same with and without machine code."""
+        """Return a hash of all its state, the same with and without machine code."""
         digest = hashlib.sha256(pack(CONTROLLER, self.record))
         for cam in self.cams:
             digest.update(pack(CAM, cam))
@@ -144,7 +144,7 @@ class CamController:
     # parameters ----------------------------------------------------------------------------------
 
     def value(self, parameter: CamParameter) -> int:
-        """A parameter of the controller or of its encoder."""
+        """Return a parameter of the controller or of its encoder."""
         name = parameter.name
         if name == "configured_cams":
             return self.configured_cams
@@ -186,7 +186,7 @@ class CamController:
     # complete sets -------------------------------------------------------------------------------
 
     def encoder_set(self) -> bytes:
-        """The encoder's set."""
+        """Return the encoder's set."""
         return ENCODER_SET.encode({each.name: self.value(each) for each in ENCODER_PARAMETERS})
 
     def write_encoder_set(self, data: bytes) -> None:
@@ -196,7 +196,7 @@ class CamController:
             self.set_value(each, values[each.name])
 
     def controller_set(self) -> bytes:
-        """The controller's set."""
+        """Return the controller's set."""
         values = {each.name: self.value(each) for each in CONTROLLER_PARAMETERS}
         return CONTROLLER_SET.encode(values)
 
@@ -218,7 +218,7 @@ class CamController:
     # process image -------------------------------------------------------------------------------
 
     def inputs(self) -> bytes:
-        """The words of `CamInput`."""
+        """Return the words of `CamInput`."""
         return INPUTS.pack(*self.record.inputs)
 
     def write_inputs(self, offset: int, data: bytes) -> None:
@@ -236,11 +236,11 @@ class CamController:
         self.record.inputs[word] = value & 0xFFFF_FFFF
 
     def outputs(self) -> bytes:
-        """The words of `CamOutput`."""
+        """Return the words of `CamOutput`."""
         return OUTPUTS.pack(*self.output_words())
 
     def output_words(self) -> list[int]:
-        """The outputs, in the order of `CamOutput`."""
+        """Return the outputs, in the order of `CamOutput`."""
         record = self.record
         words = [0] * len(CamOutput)
         words[CamOutput.RAW] = record.raw

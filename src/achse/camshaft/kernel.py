@@ -186,14 +186,15 @@ def _watch_shaft(c: CamControllerFields) -> None:
 
 
 def _begin_way(way: float, moved: float) -> float:
-    """The way since 0° of a shaft that moves for the first time: backwards it is from above."""
+    """Return the way since 0° of a shaft that moves for the first time: backwards it is from
+    above."""
     if moved < 0.0 and way > 0.0:
         return way - _TURN
     return way
 
 
 def _near(way: float, place: float) -> float:
-    """The way that ends at `place`, next to `way`: sums of steps do not drift."""
+    """Return the way that ends at `place`, next to `way`: sums of steps do not drift."""
     return place + _TURN * round((way - place) / _TURN)
 
 

@@ -47,7 +47,7 @@ class CamParameter(NamedTuple):
     writable: bool = True
 
     def check(self, value: int) -> int:
-        """The value, if it is one. Raises CamParameterError."""
+        """Return the value, if it is one. Raises CamParameterError."""
         if not self.least <= value <= self.most:
             raise CamParameterError(
                 f"{self.name} = {value}, expected {self.least}..{self.most} {self.unit}".rstrip()
@@ -149,11 +149,11 @@ class CamSet:
         return self.form.size
 
     def encode(self, values: Mapping[str, int]) -> bytes:
-        """The bytes of values by name."""
+        """Return the bytes of values by name."""
         return self.form.pack(*(values[each.name] for each in self.parameters))
 
     def decode(self, data: bytes) -> dict[str, int]:
-        """The values to be set, all within their ranges.
+        """Return the values to be set, all within their ranges.
 
         Raises CamParameterError; `struct.error` unless there are `size` bytes.
         """

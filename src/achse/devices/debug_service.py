@@ -69,7 +69,7 @@ class DebugService:
         return port, plcs[port]
 
     def state(self, offset: int) -> bytes:
-        """The state of a PLC."""
+        """Return the state of a PLC."""
         try:
             return _json(_state(self._plc(offset)[1]))
         except DebugError as refusal:
@@ -115,7 +115,7 @@ class DebugService:
         )
 
     def _set_breaks(self, port: int, plc: PlcRuntime, fields: Fields) -> Any:
-        """All breakpoints of one file at once."""
+        """Return all breakpoints of one file at once."""
         path, wanted = _text(fields, "path"), fields.get("breaks")
         if not isinstance(wanted, list) or not all(isinstance(one, dict) for one in wanted):
             raise DebugError("breaks: a list of objects with `line`")
@@ -239,7 +239,7 @@ class DebugService:
         return _variable(assign(target, _text(fields, "value"), debugger.names, view), target)
 
     def _source(self, port: int, plc: PlcRuntime, fields: Fields) -> Any:
-        """The text of a source, those of libraries too."""
+        """Return the text of a source, those of libraries too."""
         path = _text(fields, "path")
         routines = () if plc.bodies is None else plc.bodies.project.routines.values()
         for routine in routines:

@@ -16,7 +16,7 @@ DEBUG = 0xFA05
 
 
 def debug_group(station: "DebuggedStation", attached: "Attached") -> RawGroup:
-    """The service by which PLCs are debugged. It is loaded at the first request.
+    """Return the service by which PLCs are debugged. It is loaded at the first request.
 
     `attached` is called with a client that wants debugging to end with its connection.
     """

@@ -61,7 +61,7 @@ class LogMessage(NamedTuple):
 
     @classmethod
     def decode(cls, data: bytes) -> "LogMessage | None":
-        """A message from its bytes; None if they are none."""
+        """Return a message from its bytes; None if they are none."""
         if len(data) < _HEADER.size:
             return None
         filetime, kind, port, sender, length = _HEADER.unpack_from(data)

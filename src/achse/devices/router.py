@@ -39,7 +39,7 @@ class RouterDevice(Device):
         )
 
     def sample_sizes(self) -> Sequence[int]:
-        """Bytes of a sample of each notification of this station."""
+        """Return bytes of a sample of each notification of this station."""
         return [size for device in self._devices() for size in device.notifications.sample_sizes]
 
 

@@ -187,7 +187,7 @@ def faults_group(
     last_offset: int = 0,
     description: str = "Read lists, ReadWrite adds, Write clears.",
 ) -> RawGroup:
-    """The service by which faults are listed (Read), added (ReadWrite) and cleared (Write).
+    """Return the service by which faults are listed (Read), added (ReadWrite) and cleared (Write).
 
     `faults` gives the list for an index offset of 0 to `last_offset`, or raises DeviceError.
     """

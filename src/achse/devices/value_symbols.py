@@ -44,7 +44,7 @@ class ValueSymbol:
         return self.table_entry().encode()
 
     def table_entry(self) -> SymbolEntry:
-        """The symbol as the tables show it."""
+        """Return the symbol as the tables show it."""
         return SymbolEntry.of(
             self.name,
             self.type,
@@ -65,10 +65,11 @@ class ValueSymbols(ABC):
 
     @abstractmethod
     def all_symbols(self) -> Iterable[ValueSymbol]:
-        """Every symbol in the order of the table; of two with one name the later one counts."""
+        """Return every symbol in the order of the table; of two with one name the later one
+        counts."""
 
     def used_types(self) -> Iterable[IecType[Any]]:
-        """The types of the type table; those of the symbols, unless a device has more."""
+        """Return the types of the type table; those of the symbols, unless a device has more."""
         return types_shown([symbol.type for symbol in self._symbols.values()])
 
     def forget(self) -> None:
@@ -78,7 +79,7 @@ class ValueSymbols(ABC):
             vars(self).pop(name, None)
 
     def resolve(self, name: str) -> ValueSymbol | None:
-        """A symbol by its name in any case."""
+        """Return a symbol by its name in any case."""
         return self._symbols.get(fold(name.strip()))
 
     def upload_info(self) -> TableSizes:

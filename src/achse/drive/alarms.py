@@ -30,7 +30,7 @@ class Alarm(Enum):
 
     @staticmethod
     def of(code: int) -> "Alarm | None":
-        """The alarm with this 603Fh code, or None if the table has none."""
+        """Return the alarm with this 603Fh code, or None if the table has none."""
         return _BY_CODE.get(code)
 
     SYSTEM_ALARM_1 = (0xFF04, "AL.024", "System alarm 1.")

@@ -41,7 +41,7 @@ class Bank:
         self._exchange: Callable[[], int] = KERNEL.bind(address, size, address, size * LAYOUT.words)
 
     def take(self) -> int:
-        """The index of a record that is not used yet; ValueError if there is none."""
+        """Return the index of a record that is not used yet; ValueError if there is none."""
         if self._row_count == self.rows.count:
             raise ValueError(f"the bank holds {self._row_count} drives, no more")
         self._row_count += 1

@@ -171,11 +171,11 @@ class Drive:
     # -- objects -----------------------------------------------------------------------------
 
     def objects(self) -> Iterable[Object]:
-        """The dictionary, by ascending index."""
+        """Return the dictionary, by ascending index."""
         return OBJECTS
 
     def read_object(self, index: int, subindex: int) -> bytes:
-        """The value as little-endian bytes; raises `SdoAbort`."""
+        """Return the value as little-endian bytes; raises `SdoAbort`."""
         row = find(index, subindex)
         return row.type.pack(row.get(self))
 
@@ -187,7 +187,7 @@ class Drive:
         self.set(index, row.type.unpack(data) if row.writable else 0, subindex)
 
     def get(self, index: int, subindex: int = 0) -> Number:
-        """The value of an object; raises `SdoAbort`."""
+        """Return the value of an object; raises `SdoAbort`."""
         return find(index, subindex).get(self)
 
     def set(self, index: int, value: Number, subindex: int = 0) -> None:
@@ -246,7 +246,7 @@ class Drive:
         return self.firmware.programming
 
     def read_file(self, name: str, password: int) -> bytes:
-        """The firmware; raises `FileRefusal`."""
+        """Return the firmware; raises `FileRefusal`."""
         self.firmware.check(name, password)
         return self.firmware.content
 
@@ -295,7 +295,7 @@ class Drive:
         return self._inputs or b""
 
     def take_emergency(self) -> bytes | None:
-        """The oldest emergency message, 8 bytes (001 §2.7); None if there is none."""
+        """Return the oldest emergency message, 8 bytes (001 §2.7); None if there is none."""
         self._settle()
         return self._emergencies.popleft() if self._emergencies else None
 
@@ -384,7 +384,7 @@ class Drive:
         return status
 
     def kernel_record(self, elapsed_ns: int) -> "CompiledRecord | None":
-        """Its record, if steps of `elapsed_ns` may be done in the kernel by others now.
+        """Return its record, if steps of `elapsed_ns` may be done in the kernel by others now.
 
         That is with outputs in each step, while nothing takes its time and no service is requested.
         """
@@ -495,7 +495,7 @@ class Drive:
     # -- power-on and reset ------------------------------------------------------------------
 
     def _first_mapping(self) -> PdoMapping:
-        """The mapping after power-on: the manual's, or another one, and what was stored."""
+        """Return the mapping after power-on: the manual's, or another one, and what was stored."""
         mapping = PdoMapping(strict=self._strict)
         for index, entries in self._own_mapping.items():
             key = index << 8

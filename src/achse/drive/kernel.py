@@ -116,7 +116,7 @@ def _measure(d: DriveFields) -> None:
 
 
 def _shown(velocity: float) -> int:
-    """A velocity as an object of 32 bits holds it."""
+    """Return a velocity as an object of 32 bits holds it."""
     if -_MOST <= velocity <= _MOST:
         return math.floor(velocity + 0.5)
     return _MOST if velocity > 0.0 else -_MOST

@@ -85,7 +85,7 @@ class PdoMapping:
             self._activate(assignment)
 
     def read(self, index: int, subindex: int) -> int:
-        """The value of an entry of these objects."""
+        """Return the value of an entry of these objects."""
         if index in self._active:
             return self._assigned[index] if subindex else self._active[index]
         return self._entries[index][subindex - 1] if subindex else self._counts[index]
@@ -155,7 +155,7 @@ class PdoMapping:
         return not self.strict and entry >> 16 < _PADDING_INDICES and entry & 7 == 0 < entry
 
     def _row(self, index: int, entry: int) -> ObjectRow | int:
-        """The row an entry maps; raises `SdoAbort` unless it can be mapped there."""
+        """Return the row an entry maps; raises `SdoAbort` unless it can be mapped there."""
         if self._pads(entry):
             return entry & 0xFF
         row = DICTIONARY.get(entry >> 8)

@@ -117,7 +117,7 @@ TRANSITIONS = (
 
 
 def state_of(statusword: int) -> PowerState:
-    """The state a statusword shows; ValueError if its bits are not a state."""
+    """Return the state a statusword shows; ValueError if its bits are not a state."""
     for state in PowerState:
         if statusword & state.mask == state.word:
             return state

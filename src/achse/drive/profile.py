@@ -12,7 +12,7 @@ _NEVER = 1e30
 
 
 def rate_of(value: int, limit: int) -> float:
-    """An acceleration object within its limit, at least 1 inc/s²: no move lasts for ever."""
+    """Return an acceleration object within its limit, at least 1 inc/s²: no move lasts for ever."""
     rate = min(value, limit)
     return float(rate) if rate > 1 else 1.0
 

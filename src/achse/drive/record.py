@@ -345,7 +345,7 @@ else:
 
 
 def collector(record: Any, fields: Sequence[str]) -> Callable[[], tuple[Any, ...]]:
-    """A function that reads these fields, in this order, as fast as the form allows."""
+    """Return a function that reads these fields, in this order, as fast as the form allows."""
     words = _words(record, fields)
     if len(fields) < 2:
         return lambda: tuple(getattr(record, name) for name in fields)
@@ -355,7 +355,7 @@ def collector(record: Any, fields: Sequence[str]) -> Callable[[], tuple[Any, ...
 
 
 def distributor(record: Any, fields: Sequence[str]) -> Callable[[tuple[Any, ...]], None]:
-    """A function that writes these fields, in this order."""
+    """Return a function that writes these fields, in this order."""
     words = _words(record, fields)
     offsets = tuple(FIELDS[name].offset for name in fields)
 
@@ -371,6 +371,6 @@ def distributor(record: Any, fields: Sequence[str]) -> Callable[[tuple[Any, ...]
 
 
 def _words(record: Any, fields: Sequence[str]) -> Any:
-    """The record as 64-bit words, if it is in memory and the fields are whole numbers."""
+    """Return the record as 64-bit words, if it is in memory and the fields are whole numbers."""
     whole = not any(FIELDS[name].is_real for name in fields)
     return record.ints if whole and isinstance(record, RowView) else None

@@ -109,11 +109,11 @@ class Application(Protocol):
     def identity(self) -> Identity: ...
 
     def objects(self) -> Iterable[ObjectDescription]:
-        """The dictionary, by ascending index; it does not change."""
+        """Return the dictionary, by ascending index; it does not change."""
         ...
 
     def read_object(self, index: int, subindex: int) -> bytes:
-        """The value, little-endian; raises `SdoAbort`."""
+        """Return the value, little-endian; raises `SdoAbort`."""
         ...
 
     def write_object(self, index: int, subindex: int, data: bytes) -> None:
@@ -135,7 +135,7 @@ class Application(Protocol):
         ...
 
     def read_inputs(self) -> bytes:
-        """The newest inputs, always exactly `input_size` bytes; called in SafeOp and Op."""
+        """Return the newest inputs, always exactly `input_size` bytes; called in SafeOp and Op."""
         ...
 
     def enter(self, state: AlState, sync0_ns: int, cause: AlStatus) -> AlStatus:
@@ -148,9 +148,8 @@ class Application(Protocol):
         ...
 
     def step(self, elapsed_ns: int) -> AlStatus:
-        """The local cycle: time passed, in FreeRun a multiple of `local_cycle_ns`, with DC one
-        SYNC0 cycle. Anything but NO_ERROR drops the slave to that code's result state.
-        """
+        """Return the local cycle: time passed, in FreeRun a multiple of `local_cycle_ns`, with DC
+        one SYNC0 cycle. Anything but NO_ERROR drops the slave to that code's result state."""
         ...
 
     @property
@@ -159,7 +158,7 @@ class Application(Protocol):
         ...
 
     def take_emergency(self) -> bytes | None:
-        """The oldest emergency message not yet taken, 8 bytes; None if there is none."""
+        """Return the oldest emergency message not yet taken, 8 bytes; None if there is none."""
         ...
 
 
@@ -171,16 +170,17 @@ class BufferedApplication(Protocol):
     """
 
     def buffer_size(self, number: int) -> int:
-        """Bytes of process data in SyncManager `number`; constant outside PreOp."""
+        """Return bytes of process data in SyncManager `number`; constant outside PreOp."""
         ...
 
     def buffer_writer(self, number: int) -> Callable[[bytes], object]:
-        """The receiver of the outputs of SyncManager `number`, from SafeOp on until PreOp; called
-        in Op only."""
+        """Return the receiver of the outputs of SyncManager `number`, from SafeOp on until PreOp;
+        called in Op only."""
         ...
 
     def buffer_reader(self, number: int) -> Callable[[], bytes]:
-        """The reader of the newest inputs of SyncManager `number`, from SafeOp on until PreOp."""
+        """Return the reader of the newest inputs of SyncManager `number`, from SafeOp on until
+        PreOp."""
         ...
 
 
@@ -205,7 +205,8 @@ class MessagingApplication(Protocol):
         ...
 
     def take_message(self) -> tuple[int, bytes] | None:
-        """The oldest message that it sends by itself: protocol and data; None if there is none."""
+        """Return the oldest message that it sends by itself: protocol and data; None if there is
+        none."""
         ...
 
 
@@ -233,7 +234,7 @@ class FileApplication(Protocol):
         ...
 
     def read_file(self, name: str, password: int) -> bytes:
-        """A whole file."""
+        """Return a whole file."""
         ...
 
     def begin_file(self, name: str, password: int) -> None:

@@ -132,7 +132,7 @@ class DistributedClock:
         return now_ns + self._own_offset + self._drift(now_ns)
 
     def system_time(self, now_ns: int) -> int:
-        """The local copy of the system time at a true time."""
+        """Return the local copy of the system time at a true time."""
         drift = self._drift(now_ns) if self._drift_ppb else self._drifted
         return now_ns + self._own_offset + drift + self._offset + self._correction & _U64
 
@@ -165,7 +165,7 @@ class DistributedClock:
         self.compare(int.from_bytes(data, "little"), 8 * len(data))
 
     def compare(self, reference: int, bits: int = 64) -> bool:
-        """The same with the lowest `bits` bits of the reference time as a number.
+        """Return the same with the lowest `bits` bits of the reference time as a number.
 
         False if the next comparison is as this one unless `changes` of the time count on: there is
         no difference, and the clock does not drift.
@@ -270,7 +270,7 @@ class DistributedClock:
             Register.NEXT_SYNC1.set(self._memory, value)
 
     def _after(self, event: int, period: int) -> int:
-        """The next event from now on of those that come every `period`."""
+        """Return the next event from now on of those that come every `period`."""
         behind = self.system_time(self.time.now_ns) - event
         return event if behind < 0 else event + (behind // period + 1) * period
 
@@ -301,7 +301,7 @@ class DistributedClock:
     # latches
 
     def latch(self, unit: int, rising: bool) -> bool:
-        """An edge at latch input 0 or 1; True if its time was taken."""
+        """Return an edge at latch input 0 or 1; True if its time was taken."""
         edge = 0 if rising else 1
         memory = self._memory
         bit = 1 << edge

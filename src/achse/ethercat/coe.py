@@ -48,7 +48,7 @@ class CoeServer:
         self._sdo.reset()
 
     def answer(self, data: bytes) -> Iterable[bytes] | MailboxError:
-        """The replies to a CoE message, or why it is refused."""
+        """Return the replies to a CoE message, or why it is refused."""
         if len(data) < 2:
             return MailboxError.SIZE_TOO_SHORT
         body = data[2:]
@@ -73,7 +73,7 @@ class CoeServer:
                 return MailboxError.SERVICE_NOT_SUPPORTED
 
     def _pdo(self, service: int, number: int, body: bytes) -> Iterable[bytes] | MailboxError:
-        """A PDO requested, or written: a write has no answer."""
+        """Return a PDO requested, or written: a write has no answer."""
         try:
             if service == CoeService.RX_PDO:
                 self._pdos.write(RX_PDO + number, body)
@@ -89,7 +89,7 @@ class CoeServer:
 
     @staticmethod
     def emergency(data: bytes) -> bytes:
-        """The CoE message for the 8 bytes of an emergency."""
+        """Return the CoE message for the 8 bytes of an emergency."""
         return _framed(CoeService.EMERGENCY, data)
 
 

@@ -37,7 +37,8 @@ class MailboxBit(IntFlag):
 
     @classmethod
     def of(cls, names: Iterable[str]) -> "MailboxBit":
-        """The bits of protocols as ESI and ENI files name them (CoE, FoE, …); others are left."""
+        """Return the bits of protocols as ESI and ENI files name them (CoE, FoE, …); others are
+        left."""
         known = {each.name: each for each in cls}
         bits = cls(0)
         for name in names:
@@ -175,7 +176,7 @@ class SlaveDescription:
 
 
 def describe(application: Application, layout: SyncManagerLayout = LAYOUT) -> SlaveDescription:
-    """The description of an application, with its present mapping as the default."""
+    """Return the description of an application, with its present mapping as the default."""
     objects = tuple(application.objects())
     by_index = {each.index: each for each in objects}
     identity = application.identity
@@ -223,7 +224,7 @@ def _protocols(application: Application) -> int:
 
 
 def _numbers(application: Application, described: ObjectDescription | None) -> Sequence[int]:
-    """The entries 1..n of a mapping or assignment, n from subindex 0."""
+    """Return the entries 1..n of a mapping or assignment, n from subindex 0."""
     if described is None:
         return ()
     read = application.read_object

@@ -50,7 +50,7 @@ class DictionaryObject:
 
 
 def entry_of(objects: Iterable[DictionaryObject], index: int, subindex: int) -> DictionaryEntry:
-    """The entry at a place; `SdoAbort` (no object, no subindex) if there is none."""
+    """Return the entry at a place; `SdoAbort` (no object, no subindex) if there is none."""
     for each in objects:
         if each.index == index:
             for entry in each.entries:
@@ -69,7 +69,7 @@ def number(
     *,
     signed: bool = False,
 ) -> DictionaryEntry:
-    """An entry that is a number of 1, 8, 16 or 32 bits; of 16 bits it may be `signed`."""
+    """Return an entry that is a number of 1, 8, 16 or 32 bits; of 16 bits it may be `signed`."""
     kind = DataType.I16 if signed else _OF_BITS[bits]
     return DictionaryEntry(
         subindex, name, kind, bits, access, value.to_bytes(bits + 7 >> 3, "little", signed=signed)
@@ -79,7 +79,8 @@ def number(
 def text_object(
     index: int, name: str, text: bytes, size: int | None = None, access: int = READ_ONLY
 ) -> DictionaryObject:
-    """An object that is a text; `size` are the bytes kept for it, those of `text` by default."""
+    """Return an object that is a text; `size` are the bytes kept for it, those of `text` by
+    default."""
     kind = DataType.VISIBLE_STRING
     bits = 8 * (len(text) if size is None else size)
     entry = DictionaryEntry(0, name, kind, bits, access, text)
@@ -89,7 +90,7 @@ def text_object(
 def record_object(
     index: int, name: str, entries: Sequence[DictionaryEntry], count: int | None = None
 ) -> DictionaryObject:
-    """An object of several entries; subindex 0 is their `count`, or the last subindex."""
+    """Return an object of several entries; subindex 0 is their `count`, or the last subindex."""
     last = len(entries) if count is None else count
     first = number(0, "Number of entries", 8, last)
     kind = DataType.IDENTITY if index == _IDENTITY else (first, *entries)[-1].data_type

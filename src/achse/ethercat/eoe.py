@@ -65,7 +65,7 @@ class EoeResult(IntEnum):
 
 
 def request(kind: EoeType, body: bytes = b"", port: int = 0, result: int = 0) -> bytes:
-    """A message that is not a fragment; `result` is that of an answer."""
+    """Return a message that is not a fragment; `result` is that of an answer."""
     return _HEAD.pack(kind | (port & _PORT) << _PORT_AT | _LAST, result) + body
 
 
@@ -78,7 +78,7 @@ def split(message: bytes) -> tuple[int, int, int, bytes]:
 
 
 def fragments(frame: bytes, number: int, room: int, port: int = 0) -> Iterator[bytes]:
-    """The messages that carry a frame; `room` is how long a message may be.
+    """Yield the messages that carry a frame; `room` is how long a message may be.
 
     ValueError for a frame that is too short or too long, and for room below a block.
     """
@@ -114,7 +114,7 @@ class FrameAssembly:
         self._size = 0
 
     def take(self, message: bytes) -> bytes | None:
-        """The frame that is whole with this fragment, else None."""
+        """Return the frame that is whole with this fragment, else None."""
         if len(message) < _HEAD.size:
             return None
         flags, word = _HEAD.unpack_from(message)
@@ -163,8 +163,8 @@ class IpSettings:
     name: str | None = None
 
     def encode(self) -> bytes:
-        """The parameters as they travel, only those that are set; ValueError for what does not
-        fit."""
+        """Return the parameters as they travel, only those that are set; ValueError for what does
+        not fit."""
         name = None if self.name is None else self.name.encode("latin-1")
         if len(name or b"") > _IP_FIELDS[-1] or (self.mac is not None and len(self.mac) != 6):
             raise ValueError("a MAC address has 6 bytes, a name 32 at most")
@@ -176,7 +176,7 @@ class IpSettings:
 
     @classmethod
     def decode(cls, data: bytes) -> "IpSettings":
-        """The settings in the parameters; ValueError if they are cut off.
+        """Return the settings in the parameters; ValueError if they are cut off.
 
         A message as long as all of them has each at its place, a shorter one those that are set.
         A name may be cut.
@@ -224,7 +224,7 @@ class MacFilter:
 
     @classmethod
     def decode(cls, data: bytes) -> "MacFilter":
-        """The filter; ValueError if it is cut off."""
+        """Return the filter; ValueError if it is cut off."""
         size = 2 + 6 * (_FILTERS + _MASKS)
         if len(data) < size:
             raise ValueError(f"an address filter has {size} bytes, got {len(data)}")

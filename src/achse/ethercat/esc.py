@@ -230,7 +230,7 @@ class Esc:
         return done
 
     def _ranges(self, address: int, end: int) -> list[tuple[SyncManager | None, int, int]]:
-        """The parts of an access to process data memory, by their SyncManager."""
+        """Return the parts of an access to process data memory, by their SyncManager."""
         ranges: list[tuple[SyncManager | None, int, int]] = []
         while address < end:
             stop = end

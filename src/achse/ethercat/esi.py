@@ -58,7 +58,8 @@ _OBJECT_0_BITS = 16
 def build_esi(
     description: SlaveDescription, *, vendor: str, group: str = "Drives", profile: int = _PROFILE
 ) -> str:
-    """The ESI file as text. `vendor` is the maker's name, `group` heads the devices' list."""
+    """Return the ESI file as text. `vendor` is the maker's name, `group` heads the devices'
+    list."""
     root = ElementTree.Element("EtherCATInfo")
     maker = _sub(root, "Vendor")
     _sub(maker, "Id", _hex(description.vendor_id))

@@ -43,14 +43,14 @@ class Fmmu(NamedTuple):
 
     @classmethod
     def decode(cls, registers: bytes | bytearray) -> "Fmmu":
-        """The entry in its 16 registers."""
+        """Return the entry in its 16 registers."""
         logical, length, start, stop, physical, bit, direction, active = _REGISTERS.unpack(
             registers
         )
         return cls(logical, length, start & 7, stop & 7, physical, bit & 7, direction, active)
 
     def encode(self) -> bytes:
-        """The 16 registers."""
+        """Return the 16 registers."""
         return _REGISTERS.pack(*self)
 
     @property

@@ -50,7 +50,7 @@ class FoeServer:
         self._last = b""
 
     def answer(self, data: bytes) -> Iterable[bytes] | int:
-        """The replies to a message, or the mailbox error for one that is too short."""
+        """Return the replies to a message, or the mailbox error for one that is too short."""
         if len(data) < _HEAD.size:
             return MailboxError.SIZE_TOO_SHORT
         operation, number = _HEAD.unpack_from(data)

@@ -112,7 +112,7 @@ class Datagram:
         data: bytes,
         index: int = 0,
     ) -> "Datagram":
-        """A datagram to the memory of a slave: ADP and ADO."""
+        """Return a datagram to the memory of a slave: ADP and ADO."""
         return cls(command, (position_or_station & 0xFFFF) | offset << 16, data, index)
 
     @property
@@ -175,7 +175,7 @@ class EthercatFrame:
     destination: bytes = BROADCAST
 
     def encode(self) -> bytes:
-        """The Ethernet frame without checksum and padding."""
+        """Return the Ethernet frame without checksum and padding."""
         return self.destination + self.source + _ETHERCAT + self.encode_payload()
 
     def encode_payload(self) -> bytes:
@@ -202,7 +202,7 @@ class EthercatFrame:
 
     @classmethod
     def decode(cls, packet: bytes) -> "EthercatFrame":
-        """The frame in an Ethernet frame; raises `FrameError`."""
+        """Return the frame in an Ethernet frame; raises `FrameError`."""
         start = payload_offset(packet)
         if start is None:
             raise FrameError(f"the EtherType is 0x{packet[12:14].hex()}, not 0x88a4")
@@ -210,7 +210,7 @@ class EthercatFrame:
 
     @classmethod
     def decode_payload(cls, payload: bytes) -> "EthercatFrame":
-        """The frame in a UDP payload; raises `FrameError`."""
+        """Return the frame in a UDP payload; raises `FrameError`."""
         return cls(list(_datagrams(payload, 0)))
 
 

@@ -112,7 +112,7 @@ def _moved(part: slice, by: int) -> slice:
 def gather_registers(
     datagram: PlannedDatagram, escs: Sequence[Esc], address: int, position: int
 ) -> FrameStep:
-    """A BRD of 1, 2, 4 or 8 bytes of registers that memory has; `position` is its ADP."""
+    """Return a BRD of 1, 2, 4 or 8 bytes of registers that memory has; `position` is its ADP."""
     length = datagram.length
     values = [
         (esc, memoryview(esc.memory)[address : address + length].cast(WORDS[length]))

@@ -84,7 +84,7 @@ class Loopback:
         return self._objects
 
     def read_object(self, index: int, subindex: int) -> bytes:
-        """The value of an entry."""
+        """Return the value of an entry."""
         entry_of(self._objects, index, subindex)
         if index == 0x2000:
             return self.text
@@ -137,7 +137,7 @@ class Loopback:
         return fault
 
     def take_emergency(self) -> bytes | None:
-        """The oldest of `emergencies`."""
+        """Return the oldest of `emergencies`."""
         return self.emergencies.pop(0) if self.emergencies else None
 
 

@@ -67,7 +67,7 @@ class Message(NamedTuple):
 
     @classmethod
     def decode(cls, buffer: bytes) -> "Message | MailboxError":
-        """The message in a mailbox's buffer, or what is wrong with it."""
+        """Return the message in a mailbox's buffer, or what is wrong with it."""
         if len(buffer) < 6:
             return MailboxError.SIZE_TOO_SHORT
         length, station, channel, kind = _HEADER.unpack_from(buffer)
@@ -139,7 +139,7 @@ class MailboxServer:
         return bool(self._waiting)
 
     def fetch(self) -> bytes | None:
-        """The next message to the master."""
+        """Return the next message to the master."""
         if not self._waiting:
             return None
         self.last = self._waiting.popleft()

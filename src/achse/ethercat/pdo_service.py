@@ -20,7 +20,7 @@ class PdoService:
         self._objects = objects
 
     def read(self, index: int) -> bytes:
-        """The bytes of the PDO whose mapping is at `index`; raises `SdoAbort`."""
+        """Return the bytes of the PDO whose mapping is at `index`; raises `SdoAbort`."""
         value = at = 0
         for entry, subindex, bits in self._entries(index):
             if entry:

@@ -33,8 +33,8 @@ class ProcessBuffer(NamedTuple):
         return AlStatus.OUTPUT_CONFIGURATION if self.output else AlStatus.INPUT_CONFIGURATION
 
     def resized(self, length: int) -> "ProcessBuffer":
-        """The same for a SyncManager of another length, as hardware without a program has it: what
-        is longer is cut, what is missing is 0."""
+        """Return the same for a SyncManager of another length, as hardware without a program has
+        it: what is longer is cut, what is missing is 0."""
         read, take = self.reader(), self.writer()
 
         def write(data: bytes) -> None:
@@ -47,7 +47,7 @@ class ProcessBuffer(NamedTuple):
 
 
 def process_buffers(application: Application, memory: SlaveMemory) -> tuple[ProcessBuffer, ...]:
-    """The buffers of an application in the order of their SyncManagers.
+    """Return the buffers of an application in the order of their SyncManagers.
 
     One without buffers of its own has its process data in the first SyncManager of each direction.
     """

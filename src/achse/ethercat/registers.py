@@ -90,7 +90,7 @@ class Register(IntEnum):
         return slice(int(self), self + self.size)
 
     def get(self, memory: bytearray) -> int:
-        """The value in a controller's memory."""
+        """Return the value in a controller's memory."""
         return int.from_bytes(memory[self.place], "little")
 
     def set(self, memory: bytearray, value: int) -> None:

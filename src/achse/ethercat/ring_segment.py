@@ -100,7 +100,7 @@ class RingSegment(Segment):
         self._route()
 
     def process_from(self, adapter: int, frame: bytes) -> tuple[bytes, int] | None:
-        """A frame of one adapter: as it comes back, and to which one; None if it is lost."""
+        """Return a frame of one adapter: as it comes back, and to which one; None if it is lost."""
         if adapter == 0:
             reply = super().process(frame)
             return None if reply is None else (reply, int(self._closed))

@@ -183,7 +183,7 @@ class SdoServer:
         return 4
 
     def _record(self, index: int, subindex: int) -> ObjectDescription:
-        """The object, if complete access from `subindex` on makes sense."""
+        """Return the object, if complete access from `subindex` on makes sense."""
         description = self._object(index)
         if description.code == ObjectCode.VAR or subindex > 1:
             raise SdoAbort(AbortCode.UNSUPPORTED_ACCESS)

@@ -39,7 +39,7 @@ class SdoInformation:
         self._objects = objects
 
     def answer(self, request: bytes, capacity: int) -> list[bytes]:
-        """The replies to a request of at least 6 bytes, each at most `capacity` long."""
+        """Return the replies to a request of at least 6 bytes, each at most `capacity` long."""
         operation = request[0] & 0x7F
         number = int.from_bytes(request[4:6], "little")
         if operation == _GET_LIST:

@@ -310,7 +310,7 @@ class Segment:
     # frames
 
     def process(self, frame: bytes) -> bytes | None:
-        """The Ethernet frame as it comes back, or None if it does not.
+        """Return the Ethernet frame as it comes back, or None if it does not.
 
         A frame of another protocol or with a broken structure comes back as it was; such frames
         are counted.
@@ -328,12 +328,12 @@ class Segment:
         return bytes(result)
 
     def process_payload(self, payload: bytes) -> bytes | None:
-        """The same for a UDP payload, which begins with the EtherCAT header."""
+        """Return the same for a UDP payload, which begins with the EtherCAT header."""
         result = self._pass_through(payload, 0)
         return None if result is None else bytes(result)
 
     def _pass_through(self, frame: bytes, start: int) -> bytes | bytearray | None:
-        """The frame as it comes back; one that leaves for good has passed the slaves before."""
+        """Return the frame as it comes back; one that leaves has passed the slaves before."""
         endless = self._endless
         result = self._process(frame, start) if self._order else None
         if not self._order or endless:
@@ -386,7 +386,7 @@ class Segment:
         _U16.pack_into(buffer, offset + 8, irq | self._irq)
 
     def _follow(self, planned: FramePlan, frame: bytes) -> bytearray:
-        """A frame by its plan; one datagram after the other once a mapping changes."""
+        """Return a frame by its plan; one datagram after the other once a mapping changes."""
         remaps = self._remaps
         if self.cycle_ns:
             self.advance(self.time.now_ns + self.cycle_ns)
@@ -438,7 +438,7 @@ class Segment:
         self._frame_plans[len(frame), start] = FramePlan(frame, start, datagrams, steps)
 
     def _gathered(self, offset: int, number: int, address: int, length: int) -> FrameStep | None:
-        """A BRD of registers that only change when something happens; None for all others."""
+        """Return a BRD of registers that change by events alone; None for all others."""
         register = address >> 16
         escs = [slave.esc for slave in self._order]
         if number != _BRD or length not in WORDS:
@@ -577,7 +577,7 @@ class Segment:
 
 
 def clocked_of(slaves: Iterable[Slave]) -> list[Slave]:
-    """The slaves that have distributed clocks."""
+    """Return the slaves that have distributed clocks."""
     return [slave for slave in slaves if slave.esc.has_clock]
 
 

@@ -106,7 +106,7 @@ class SiiSource:
 
 
 def build_sii(description: SlaveDescription, alias: int = 0) -> bytes:
-    """The image, `SII_SIZE` bytes; ValueError if the description does not fit."""
+    """Return the image, `SII_SIZE` bytes; ValueError if the description does not fit."""
     mailbox_out, mailbox_in = description.layout.mailbox_out, description.layout.mailbox_in
     return encode_sii(
         SiiSource(
@@ -136,7 +136,7 @@ def build_sii(description: SlaveDescription, alias: int = 0) -> bytes:
 
 
 def encode_sii(source: SiiSource) -> bytes:
-    """The image of what is in `source`; ValueError if it does not fit its size."""
+    """Return the image of what is in `source`; ValueError if it does not fit its size."""
     strings = _Strings()
     order = strings.number(source.order)  # masters take string 1 for the slave's name
     name, group = strings.number(source.name), strings.number(source.group)

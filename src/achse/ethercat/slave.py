@@ -362,7 +362,7 @@ class Slave:
             self._change(Transition.SO)
 
     def _operating(self, buffer: ProcessBuffer) -> Callable[[bytes], None]:
-        """The receiver of outputs in Op."""
+        """Return the receiver of outputs in Op."""
         write = buffer.writer()
 
         def operate(data: bytes) -> None:
@@ -482,7 +482,7 @@ class Slave:
         self._serve()
 
     def _do_nothing(self, elapsed_ns: int) -> AlStatus:
-        """A local cycle of a device that hangs."""
+        """Return a local cycle of a device that hangs."""
         allowed = self.esc.pdi_watchdog_ns
         if allowed and self._time.now_ns + elapsed_ns - self._idle_since >= allowed:
             self.esc.pdi_alive(False)

@@ -96,7 +96,7 @@ class Terminal:
         return self._objects
 
     def read_object(self, index: int, subindex: int) -> bytes:
-        """The value of an entry; raises `SdoAbort`."""
+        """Return the value of an entry; raises `SdoAbort`."""
         entry = entry_of(self._objects, index, subindex)
         for entries, image in (
             (self._inputs, self.input_image),

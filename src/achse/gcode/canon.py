@@ -79,7 +79,7 @@ class LineMove:
         return hypot(u - x, v - y, w - z)
 
     def at(self, share: float) -> PathPoint:
-        """The point after this share of the path, 0..1."""
+        """Return the point after this share of the path, 0..1."""
         (x, y, z), (u, v, w) = self.start, self.end
         return (x + share * (u - x), y + share * (v - y), z + share * (w - z))
 
@@ -138,7 +138,7 @@ class ArcMove:
         return plane is not None and self.normal[plane.axes[2]] < 0.0
 
     def at(self, share: float) -> PathPoint:
-        """The point after this share of the path, 0..1."""
+        """Return the point after this share of the path, 0..1."""
         return turned(self.start, self.centre, self.normal, share * self.angle, share * self.rise)
 
 

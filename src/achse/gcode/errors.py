@@ -48,7 +48,7 @@ class GcodeError(Exception):
         return f"{place}: error: {named}{message} ({self.code.number:#06x} {self.code.name})"
 
     def caret(self) -> str:
-        """The block with a mark under the word."""
+        """Return the block with a mark under the word."""
         text = _printable(self.text.replace("\t", " "))
         return f"{text}\n{' ' * (self.column - 1)}^"
 

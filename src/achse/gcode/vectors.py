@@ -20,7 +20,8 @@ def cross(a: PathPoint, b: PathPoint) -> PathPoint:
 def turned(
     point: PathPoint, centre: PathPoint, normal: PathPoint, angle: float, rise: float
 ) -> PathPoint:
-    """The point turned about an axis through `centre`, and moved along the axis by `rise`."""
+    """Return the point turned about an axis through `centre`, and moved along the axis by
+    `rise`."""
     x, y, z = (a - b for a, b in zip(point, centre, strict=True))
     arm = (x, y, z)
     side = cross(normal, arm)

@@ -71,7 +71,7 @@ class CamshaftDevice(Device):
         )
 
     def _at(self, offset: int) -> ServedCamshaft:
-        """The controller at an offset of the process image."""
+        """Return the controller at an offset of the process image."""
         place = offset // IMAGE_STEP
         for served in self.camshafts:
             if served.number == place + 1:

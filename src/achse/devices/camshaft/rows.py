@@ -32,7 +32,7 @@ def codec_of(parameter: CamParameter) -> Codecs:
 
 
 def _row(parameter: CamParameter) -> Service:
-    """A value of a controller or its encoder."""
+    """Return a value of a controller or its encoder."""
 
     def read(served: ServedCamshaft) -> int:
         return served.controller.value(parameter)
@@ -44,7 +44,7 @@ def _row(parameter: CamParameter) -> Service:
 
 
 def _cam_row(parameter: CamParameter) -> Service:
-    """A value of a cam."""
+    """Return a value of a cam."""
     name = parameter.name
 
     def read(cam: ServedCam) -> int:

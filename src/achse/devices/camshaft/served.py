@@ -60,7 +60,7 @@ class ServedCamshaft:
             self.controller.write_controller_set(data)
 
     def read_inputs(self, offset: int, length: int) -> bytes:
-        """Bytes of the process image's inputs. Raises DeviceError 0x703 outside."""
+        """Return bytes of the process image's inputs. Raises DeviceError 0x703 outside."""
         return _part(self.controller.inputs(), INPUTS.size, offset, length)
 
     def write_inputs(self, offset: int, data: bytes) -> None:
@@ -75,7 +75,7 @@ class ServedCamshaft:
         self.controller.write_inputs(offset, data)
 
     def read_outputs(self, offset: int, length: int) -> bytes:
-        """Bytes of the process image's outputs. Raises DeviceError 0x703 outside."""
+        """Return bytes of the process image's outputs. Raises DeviceError 0x703 outside."""
         return _part(self.controller.outputs(), OUTPUTS.size, offset, length)
 
     def read_output_bits(self, number: int, count: int) -> bytes:
@@ -115,7 +115,7 @@ class ServedCam:
             self._of.controller.set_cam(self.number, {parameter.name: value})
 
     def set(self) -> bytes:
-        """The complete set."""
+        """Return the complete set."""
         return self._of.controller.cam_set(self.number)
 
     def write_set(self, data: bytes) -> None:

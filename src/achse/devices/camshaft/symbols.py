@@ -22,7 +22,7 @@ _TASK = 1
 
 
 def _type_of(row: Service) -> IecType[Any] | None:
-    """The type of a row with one number; None for complete sets."""
+    """Return the type of a row with one number; None for complete sets."""
     codecs = row.codec if isinstance(row.codec, tuple) else (row.codec,)
     words = getattr(codecs[0], "name", "")
     if words == "UINT8":

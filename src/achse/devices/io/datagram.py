@@ -17,7 +17,8 @@ _LONGEST = MAX_FRAME - 16
 
 
 def decode_datagram(data: bytes, read_length: int) -> Datagram:
-    """The datagram in a request; both lengths are 12 + n. Raises DeviceError 0x705, 0x706."""
+    """Return the datagram in a request; both lengths are 12 + n. Raises DeviceError 0x705,
+    0x706."""
     if len(data) < _OVERHEAD or read_length < len(data) or len(data) > _LONGEST:
         raise DeviceError(
             ReturnCode.INVALID_SIZE,
@@ -34,7 +35,7 @@ def decode_datagram(data: bytes, read_length: int) -> Datagram:
 
 
 def encode_datagram(datagram: Datagram, index: int) -> bytes:
-    """The datagram as it came back, with the index that the client gave it."""
+    """Return the datagram as it came back, with the index that the client gave it."""
     head = _HEAD.pack(datagram.command, index, datagram.address, len(datagram.data), datagram.irq)
     return head + datagram.data + (datagram.counter & 0xFFFF).to_bytes(_COUNTER, "little")
 

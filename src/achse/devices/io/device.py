@@ -54,7 +54,7 @@ class IoDevice(Device):
         raise DeviceError(ReturnCode.NOT_FOUND, f"no I/O device {place + 1}")
 
     def by_name(self, name: bytes) -> ServedBus:
-        """The bus of a name; upper and lower case count."""
+        """Return the bus of a name; upper and lower case count."""
         wanted = _decoded(name)
         for bus in self.buses:
             if bus.name == wanted:

@@ -83,11 +83,11 @@ class BusImage:
         self.variables = tuple(self._all())
 
     def size(self, output: bool) -> int:
-        """Bytes of one direction."""
+        """Return bytes of one direction."""
         return self._end[output] + 7 >> 3
 
     def contents(self, output: bool) -> bytes:
-        """All bytes of one direction as they are now."""
+        """Return all bytes of one direction as they are now."""
         image = 0
         for each in self.variables:
             if each.output == output:
@@ -208,7 +208,7 @@ class BusImage:
 def _entry(
     path: str, place: EntryPlace, output: bool, begin: int, memory: memoryview
 ) -> ImageVariable:
-    """The variable of an entry; bits beyond a simple type are a number without sign."""
+    """Return the variable of an entry; bits beyond a simple type are a number without sign."""
     type = _type_of(place)
     shift, size = place.bit & 7, type.size
     part = slice(place.byte, place.byte + (shift + place.bits + 7 >> 3))
@@ -235,7 +235,7 @@ def _type_of(place: EntryPlace) -> IecType[Any]:
 
 
 def distinct(variables: Sequence[ImageVariable]) -> Iterator[tuple[str, ImageVariable]]:
-    """Each variable with a name of its own: a name that is there gets a number."""
+    """Yield each variable with a name of its own: a name that is there gets a number."""
     seen: dict[str, int] = {}
     for each in variables:
         count = seen[each.name] = seen.get(each.name, 0) + 1

@@ -33,7 +33,7 @@ class ImageSymbols(ValueSymbols):
         self.forget()
 
     def all_symbols(self) -> Iterator[ValueSymbol]:
-        """The variables, those of one name made distinct."""
+        """Yield the variables, those of one name made distinct."""
         for name, each in distinct(self._image.variables):
             yield ValueSymbol(name, each.type, each.place, each.read, comment=each.comment)
 

@@ -56,7 +56,7 @@ class BusMasterDevice(Device):
             )
 
     def _group(self, row: MasterRow) -> RawGroup:
-        """The index group of a row, over the bus of this master."""
+        """Return the index group of a row, over the bus of this master."""
         bus, read, write = self.bus, row.read, row.write
 
         def carry_out(offset: int, data: bytes, client: bytes) -> None:

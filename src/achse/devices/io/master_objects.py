@@ -39,7 +39,7 @@ class MasterObjects:
         self._scanned = False
 
     def read(self, index: int, subindex: int, complete: bool) -> bytes:
-        """An entry, or from `subindex` 0 or 1 on all; raises DeviceError 0x703."""
+        """Return an entry, or from `subindex` 0 or 1 on all; raises DeviceError 0x703."""
         entries = self._entries(index)
         if complete:
             body = b"".join(each.data for each in entries)

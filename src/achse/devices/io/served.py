@@ -65,7 +65,8 @@ class DevStateBit:
 
 
 def default_net_id(station: bytes, number: int) -> NetId:
-    """The NetId of bus `number`: that of the station with another end (device 1: x.x.x.x.2.1)."""
+    """Return the NetId of bus `number`: that of the station with another end (device 1:
+    x.x.x.x.2.1)."""
     return NetId(bytes(station[:4]) + bytes((number + 1 & 0xFF, 1)))
 
 
@@ -81,7 +82,7 @@ class TripFigures(Protocol):
     def mean_ns(self) -> float: ...
 
     def within_ns(self, share: float) -> int:
-        """The bound that such a share (0 to 1) of them did not exceed."""
+        """Return the bound that such a share (0 to 1) of them did not exceed."""
 
     def reset(self) -> None:
         """Count from 0."""
@@ -139,15 +140,15 @@ class ServedBus:
         return AmsAddress.of(self.net_id, slave.station if slave else MASTER_PORT)
 
     def slave_net_id(self, slave: BusSlave) -> NetId | None:
-        """The NetId of a slave that speaks AoE: that of the bus with another last part (first
-        place 2). None for one that does not, and beyond the last number."""
+        """Return the NetId of a slave that speaks AoE: that of the bus with another last part
+        (first place 2). None for one that does not, and beyond the last number."""
         last = slave.position + _FIRST_SLAVE
         if not slave.configuration.protocols & MailboxBit.AOE or last > _LAST_PART:
             return None
         return NetId(bytes(self.net_id[:5]) + bytes((last,)))
 
     def slave(self, station: int) -> BusSlave:
-        """The slave with that station address; DeviceError 0x703 if there is none."""
+        """Return the slave with that station address; DeviceError 0x703 if there is none."""
         slave = self.master.slave(station)
         if slave is None:
             raise DeviceError(ReturnCode.INVALID_OFFSET, f"no slave has the address {station}")
@@ -260,7 +261,7 @@ class ServedBus:
         return b"".join(records)
 
     def information(self) -> bytes:
-        """The packed entry of this bus with its boxes."""
+        """Return the packed entry of this bus with its boxes."""
         boxes = [self._box(number, slave) for number, slave in enumerate(self.master.slaves, 1)]
         name, comment = _text(self.name[:31]), _text(self.comment)
         head = struct.pack(
@@ -309,7 +310,7 @@ _FILES: dict[int, ReturnCode] = {
 
 
 def bus_error(trouble: BusError) -> DeviceError:
-    """The ADS error for what went wrong on the bus."""
+    """Return the ADS error for what went wrong on the bus."""
     if isinstance(trouble, SdoRefusal):
         return DeviceError(return_code_of(trouble.code), str(trouble))
     if isinstance(trouble, MailboxRefusal) and trouble.number in _NOT_SPOKEN:

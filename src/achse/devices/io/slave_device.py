@@ -275,7 +275,7 @@ class BusSlaveDevice(Device):
     # messages of a vendor's own form
 
     def _voe(self) -> VoeClient:
-        """The client of VoE; DeviceError 0x701 for a slave that does not speak it."""
+        """Return the client of VoE; DeviceError 0x701 for a slave that does not speak it."""
         voe = self.slave.voe
         if voe is None or not self.slave.configuration.protocols & MailboxBit.VOE:
             raise DeviceError(ReturnCode.SERVICE_NOT_SUPPORTED, f"{self.name} does not speak VoE")

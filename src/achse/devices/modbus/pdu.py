@@ -62,8 +62,8 @@ def swapped(registers: bytes) -> bytes:
 
 
 def request_pdu(query: Query) -> bytes:
-    """The PDU of a request. Raises ModbusRefusal: 1 for an unknown function, 2 for too little data
-    or addresses beyond 65535, 3 for a quantity that no request can have."""
+    """Return the PDU of a request. Raises ModbusRefusal: 1 for an unknown function, 2 for too
+    little data or addresses beyond 65535, 3 for a quantity that no request can have."""
     function = query.function
     if function in (5, 6, 8):
         return _WORDS.pack(function, query.address, query.quantity)

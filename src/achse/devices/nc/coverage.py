@@ -115,7 +115,7 @@ _PREFIXES = {group: error.name.lower().removesuffix("id") for group, _, error in
 
 
 def coverage(rows: Iterable[RowFacts]) -> Iterator[Covered]:
-    """Every service of the manual in order: those of `rows`, and those that have none."""
+    """Yield every service of the manual in order: those of `rows`, and those that have none."""
     served = (
         Covered(row.index_group, row.index_offset, str(row.access), row.name, _answer(row))
         for row in rows

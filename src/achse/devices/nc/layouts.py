@@ -124,7 +124,7 @@ _CODECS: dict[str, Codec] = {
 
 @cache
 def codec_of(layout: str) -> Codec:
-    """The codec of one layout of a row; structures with named fields are named tuples.
+    """Return the codec of one layout of a row; structures with named fields are named tuples.
 
     Raises ValueError for a layout that only a codec of its own can have.
     """
@@ -140,7 +140,7 @@ def codec_of(layout: str) -> Codec:
 
 
 def codecs_of(layouts: Sequence[str]) -> Codec | tuple[Codec, ...]:
-    """The codec of a value, or one for each of its layouts."""
+    """Return the codec of a value, or one for each of its layouts."""
     if len(layouts) == 1:
         return NO_DATA if layouts[0] == "VOID" else codec_of(layouts[0])
     return tuple(NOTHING if each == "VOID" else codec_of(each) for each in layouts)
@@ -214,7 +214,7 @@ class AxisStructure:
             return self._pack_unsigned(*(v if mask is None else v & mask for v, mask in pairs))
 
     def of(self, axis: Axis) -> Callable[[], bytes]:
-        """The same for one axis, again and again: what is in memory is copied from there."""
+        """Return the same for one axis, again and again: what is in memory is copied from there."""
         all_places = (
             axis.place_of(field, struct.calcsize("<" + code)) if field in FIELDS else None
             for code, field in zip(self._codes, self._fields, strict=True)
@@ -240,7 +240,7 @@ class AxisStructure:
         return encode
 
     def decode(self, data: bytes) -> dict[str, Any]:
-        """The values by record field; for clients, as no row takes a structure in."""
+        """Return the values by record field; for clients, as no row takes a structure in."""
         return dict(zip(self._fields, self._unpack(data), strict=True))
 
 
@@ -249,7 +249,7 @@ _SEVERAL = 2
 
 
 def _copied(code: str, place: MemoryCell | None) -> str:
-    """The `struct` code of bytes that are copied, or of a number."""
+    """Return the `struct` code of bytes that are copied, or of a number."""
     return code if place is None else f"{struct.calcsize('<' + code)}s"
 
 

@@ -41,7 +41,8 @@ def bound(
     choices: type[IntEnum] | None = None,
     **behaviour: Any,
 ) -> Service:
-    """A row of the table with its behaviour: `field`, `read`, `write`, `exchange`, `guard`, …
+    """Return a row of the table with its behaviour: `field`, `read`, `write`, `exchange`, `guard`,
+    …
 
     `codec` and `response` are for layouts that the row's text cannot say, `choices` for
     enumerations of other rooms.
@@ -66,7 +67,7 @@ def bound(
 
 
 def shown(row: NcRow, field: str = "", *, prefix: str = "") -> Service:
-    """The service that shows a record field, that of the row's name if none is given."""
+    """Return the service that shows a record field, that of the row's name if none is given."""
     field = _field(field or row.name, prefix)
     return bound(row, field=field, sample=_sample(field, codec_of(row.layout)))
 
@@ -84,7 +85,7 @@ def _sample(name: str, codec: Codec) -> Place | None:
 
 
 def sample_of_floats(*names: str) -> Place | None:
-    """The same of fields that are shown one behind the other as REAL64."""
+    """Return the same of fields that are shown one behind the other as REAL64."""
     fields = [PART_OF[name] for name in names]
     part, first = fields[0]
     for n, (other, row) in enumerate(fields):
@@ -102,7 +103,8 @@ def parameter(
     guard: Callable[[Any], None] | None = None,
     write: Callable[[Any, Any], None] | None = None,
 ) -> Service:
-    """The service that shows and sets a record field; a value out of range is answered `error`.
+    """Return the service that shows and sets a record field; a value out of range is answered
+    `error`.
 
     `write` sets the value where more than the field depends on it, or refuses it with a
     DeviceError.
@@ -116,7 +118,8 @@ def parameter(
 
 
 def error_state(row: NcRow, first: int) -> Service:
-    """The error of an encoder, controller or drive: the axis error if it is from `first` on."""
+    """Return the error of an encoder, controller or drive: the axis error if it is from `first`
+    on."""
 
     def read(element: Axis | AxisPart) -> int:
         code = element.owner.error_code

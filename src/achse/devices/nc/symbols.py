@@ -80,7 +80,7 @@ def _row_access(
 
 
 def interface_groups(nc: Nc, from_plc: Service) -> Iterator[AreaGroup]:
-    """The addresses of the members of the cyclic structures, one group per axis."""
+    """Yield the addresses of the members of the cyclic structures, one group per axis."""
     for axis in nc:
         yield _interface_group(axis, from_plc)
 
@@ -165,7 +165,7 @@ class NcSymbols(ValueSymbols):
             yield from self._of_group(group)
 
     def used_types(self) -> Iterable[IecType[Any]]:
-        """The cyclic structures with what is in them, and all elementary types."""
+        """Return the cyclic structures with what is in them, and all elementary types."""
         structures: list[IecType[Any]] = [iec_type(NCTOPLC_AXIS_REF), iec_type(PLCTONC_AXIS_REF)]
         return types_shown([*structures, *ELEMENTARY.values()])
 

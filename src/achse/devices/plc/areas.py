@@ -66,7 +66,7 @@ AREA_GROUPS = {
 
 
 def area_groups(memory: Memory) -> Iterator[IndexGroup]:
-    """The rows of all areas, bound to `memory`.
+    """Yield the rows of all areas, bound to `memory`.
 
     An access that begins outside the area is answered 0x703, one that ends outside 0x705; nothing
     is read or written then.
@@ -151,7 +151,7 @@ def _based(
     read: Callable[[int, int], bytes],
     write: Callable[[int, bytes], None],
 ) -> tuple[Callable[[int, int], bytes], Callable[[int, bytes], None]]:
-    """The same functions with offsets as clients count them, and errors with their code."""
+    """Return the same functions with offsets as clients count them, and errors with their code."""
 
     def based_read(offset: int, length: int) -> bytes:
         try:

@@ -20,9 +20,8 @@ log = logging.getLogger("achse.plc")
 def caller(
     unit: Record, steps: Sequence[Step], method: Method, bodies: "Bodies | None" = None
 ) -> Callable[[bytes], bytes]:
-    """A function that calls what is behind a declared method, on the living object: its
-    Structured Text, or the Python method of its name.
-    """
+    """Return a function that calls what is behind a declared method, on the living object: its
+    Structured Text, or the Python method of its name."""
 
     def call(data: bytes) -> bytes:
         try:
@@ -115,7 +114,7 @@ def property_access(
 
 
 def _living(unit: Record, steps: Sequence[Step]) -> Any:
-    """The object that steps lead to from a unit."""
+    """Return the object that steps lead to from a unit."""
     target: Any = unit
     for step in steps:
         if isinstance(step, PathMember):
@@ -139,7 +138,7 @@ def _failed(what: str, failure: Exception) -> DeviceError:
 
 
 def _python_method(target: object, method: Method) -> Callable[..., Any]:
-    """The Python method declared as `method`, or of its name: case does not matter."""
+    """Return the Python method declared as `method`, or of its name: case does not matter."""
     wanted = method.name.lower()
     for cls in type(target).__mro__:
         for name, value in vars(cls).items():
@@ -151,7 +150,7 @@ def _python_method(target: object, method: Method) -> Callable[..., Any]:
 
 
 def _python_property(target: object, declared: Property) -> property:
-    """The Python property of the name: case does not matter."""
+    """Return the Python property of the name: case does not matter."""
     wanted = declared.name.lower()
     for cls in type(target).__mro__:
         for name, value in vars(cls).items():

@@ -185,7 +185,7 @@ class PlcRequests:
         make: Callable[[BuiltinContext, Any], _BlockRequest],
         show: Callable[[Any, _Open], None] = lambda block, entry: None,
     ) -> BlockBody:
-        """The body of a block: `start` is its input with the edge."""
+        """Return the body of a block: `start` is its input with the edge."""
 
         def run(plc: BuiltinContext, block: Any) -> None:
             wanted = getattr(block, start)

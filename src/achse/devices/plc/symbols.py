@@ -123,7 +123,7 @@ class PlcSymbol:
         return self.table_entry().encode()
 
     def table_entry(self) -> SymbolEntry:
-        """The symbol as the tables show it."""
+        """Return the symbol as the tables show it."""
         return SymbolEntry.of(
             self.name,
             self.type,
@@ -191,7 +191,7 @@ class _Root(NamedTuple):
 
 
 def _whole(unit: PlacedUnit) -> PlacedVariable:
-    """A program with its own memory as one variable, which clients may look at."""
+    """Return a program with its own memory as one variable, which clients may look at."""
     variable: Variable[Any, Any] = Variable(
         type(unit.instance).__iec__, name=unit.name, constant=True
     )

@@ -144,7 +144,8 @@ class _Rows:
                 self._ranges.append(row)
 
     def type_at(self, group: int, offset: int) -> ScopeType | None:
-        """The type of a row with one number; None if it has another layout, or is not a row."""
+        """Return the type of a row with one number; None if it has another layout, or is not a
+        row."""
         for row in (*self._at.get(offset, ()), *self._ranges):
             if (
                 row.index_group <= group <= row.last_index_group

@@ -202,7 +202,7 @@ class ScopeDevice(Device):
             return _json({"error": str(fault)})
 
     def _controlled(self, number: int, client: bytes) -> NumberedScope:
-        """A scope that the client may command: its own, or one of the station's."""
+        """Return a scope that the client may command: its own, or one of the station's."""
         scope = self.scopes[number]
         if scope.owner not in (b"", client):
             raise DeviceError(

@@ -24,7 +24,7 @@ class ScopeFiles:
         self._folder = None if root is None else Folder(root)
 
     def path(self, name: bytes) -> Path:
-        """The file that a client's name means; raises DeviceError 0x70C for one outside."""
+        """Return the file that a client's name means; raises DeviceError 0x70C for one outside."""
         if self._folder is None:
             raise DeviceError(
                 ReturnCode.NOT_FOUND, "no folder: the station's scope.folder is unset"
@@ -34,7 +34,7 @@ class ScopeFiles:
         return self._folder.path(name, _ANY_PLACE)
 
     def load(self, name: bytes) -> ScopeDefinition:
-        """The definition in a file; raises DeviceError, 0x706 for a file of another form."""
+        """Return the definition in a file; raises DeviceError, 0x706 for a file of another form."""
         path = self.path(name)
         with device_errors():
             size = path.stat().st_size

@@ -75,7 +75,7 @@ class ScopeServer:
         return iter(self._scopes.values())
 
     def __getitem__(self, number: int) -> NumberedScope:
-        """The scope of that number; raises DeviceError 0x70C."""
+        """Return the scope of that number; raises DeviceError 0x70C."""
         scope = self._scopes.get(number)
         if scope is None:
             raise DeviceError(ReturnCode.NOT_FOUND, f"scope {number}")
@@ -84,18 +84,19 @@ class ScopeServer:
     # making and ending ---------------------------------------------------------------------------
 
     def make(self, definition: ScopeDefinition) -> Recorder:
-        """A recorder for a definition. Raises ScopeError."""
+        """Return a recorder for a definition. Raises ScopeError."""
         compiled = self._compiled and KERNEL.available
         return Recorder(definition, self._channels.find, compiled=compiled, tick_ns=self._tick_ns)
 
     def add(self, definition: ScopeDefinition) -> NumberedScope:
-        """A scope of the station's own. Raises ScopeError."""
+        """Return a scope of the station's own. Raises ScopeError."""
         return self._keep(self.make(definition), b"", None)
 
     def open(
         self, definition: ScopeDefinition, client: bytes, way: Endpoint | None
     ) -> NumberedScope:
-        """A scope for a client, until it closes it or is gone. Raises ScopeError, DeviceError."""
+        """Return a scope for a client, until it closes it or is gone. Raises ScopeError,
+        DeviceError."""
         owners = [each.owner for each in self if each.owner]
         if owners.count(client) >= self.limits.scopes_per_client:
             raise DeviceError(ReturnCode.NO_MORE_HANDLES, f"{owners.count(client)} scopes are open")
@@ -164,7 +165,8 @@ class ScopeServer:
         self._look()
 
     def _of_host(self, client: bytes, way: Endpoint | None) -> list[NumberedScope]:
-        """The scopes that the clients of a host have made; those of the client if it has no host.
+        """Return the scopes that the clients of a host have made; those of the client if it has no
+        host.
 
         A host has as many AMS addresses as it likes.
         """

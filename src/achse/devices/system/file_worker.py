@@ -50,7 +50,7 @@ class FileWorker:
         self._thread.start()
 
     def later(self, client: bytes, size: int, job: Result) -> Deferred:
-        """The answer to a request with `size` bytes of data: that of `job`, later.
+        """Return the answer to a request with `size` bytes of data: that of `job`, later.
 
         Raises DeviceError 0x708 if too much waits already.
         """
@@ -98,7 +98,7 @@ class FileWorker:
             self._changed.notify()
 
     def _take(self) -> tuple[int, Result, Answer] | None:
-        """The next job: the oldest of the client that has waited longest for its turn."""
+        """Return the next job: the oldest of the client that has waited longest for its turn."""
         with self._changed:
             self._changed.wait_for(
                 lambda: self._stopped or (self._waiting and self._result_bytes < _RESULT_BYTES)

@@ -107,7 +107,7 @@ class Files:
     # services ----------------------------------------------------------------------------------
 
     def groups(self) -> Iterable[IndexGroup]:
-        """The index groups of both forms."""
+        """Yield the index groups of both forms."""
         for number, mode in ((100, "w+"), (101, "r"), (102, "r+")):
             yield self._group(
                 number, f"open ({mode})", self._opener(mode), "path", "handle, -1 if it cannot be"
@@ -228,7 +228,8 @@ class Files:
         return entry
 
     def file(self, handle: int, client: bytes, *, to: str = "") -> io.FileIO:
-        """The open file of a client; `to`: "read" or "write" must be what it was opened for."""
+        """Return the open file of a client; `to`: "read" or "write" must be what it was opened
+        for."""
         file = self._entry(handle, client).file
         if (
             file is None
@@ -307,7 +308,7 @@ class Files:
         return self.read(self.file(offset, client, to="read"), length)
 
     def read(self, file: io.FileIO, length: int) -> bytes:
-        """Up to `length` bytes; the size of the file decides, not the request."""
+        """Return up to `length` bytes; the size of the file decides, not the request."""
         with device_errors():
             left = os.fstat(file.fileno()).st_size - file.tell()
             return file.read(max(min(length, left, _LARGEST_READ), 0)) or b""

@@ -55,7 +55,7 @@ class Folder:
         self.root = root.resolve()
 
     def path(self, name: bytes, place: int, *, itself: bool = False) -> Path:
-        """The path that a client's `name` means at a numbered place.
+        """Return the path that a client's `name` means at a numbered place.
 
         `itself`: a link in the last position is meant, not what it leads to. Raises DeviceError
         0x703 for an unknown place, 0x70C for a name that is none or leads out.
@@ -68,7 +68,7 @@ class Folder:
         return self._inside(parts, name, itself)
 
     def matching(self, pattern: bytes, place: int) -> tuple[Path, list[str]]:
-        """A folder, and the names in it that a pattern means, sorted.
+        """Return a folder, and the names in it that a pattern means, sorted.
 
         Wildcards are in the last part only; without them it means the one name. Whether what a
         name stands for is in the folder at all, `holds` returns. Raises DeviceError as `path` does,
@@ -104,7 +104,7 @@ class Folder:
             return False
 
     def last_name(self, name: bytes, place: int) -> str:
-        """The last part of a name that `path` takes, spelled as the client does."""
+        """Return the last part of a name that `path` takes, spelled as the client does."""
         return self._parts(name, place)[-1]
 
     def _parts(self, name: bytes, place: int) -> list[str]:
@@ -171,7 +171,7 @@ def _decoded(name: bytes) -> str:
 
 
 def as_name(path: Path) -> bytes:
-    """The name of a file as it goes to a client."""
+    """Return the name of a file as it goes to a client."""
     return path.name.encode("utf-8", "surrogateescape")
 
 

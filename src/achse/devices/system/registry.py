@@ -193,7 +193,8 @@ def _nth(entries: Iterable[T], index: int) -> T:
 
 
 def _text(data: bytes) -> tuple[bytes, bytes]:
-    """The text that `data` begins with, and what follows its NUL. Raises DeviceError 0x706."""
+    """Return the text that `data` begins with, and what follows its NUL. Raises DeviceError
+    0x706."""
     text, end, rest = data.partition(b"\0")
     if not end:
         raise DeviceError(ReturnCode.INVALID_DATA, "expected a text with NUL in a registry request")
@@ -201,7 +202,7 @@ def _text(data: bytes) -> tuple[bytes, bytes]:
 
 
 def _steps(path: bytes) -> list[bytes]:
-    """Names of the keys of a path. Raises DeviceError 0x706 for a path that is none."""
+    """Return names of the keys of a path. Raises DeviceError 0x706 for a path that is none."""
     steps = path.split(b"\\") if path else []
     if len(steps) > _DEEPEST or not all(steps):
         raise DeviceError(ReturnCode.INVALID_DATA, f"registry key {_shown(path)}")

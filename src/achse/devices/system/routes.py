@@ -36,7 +36,7 @@ class RouteEntry(NamedTuple):
 
     @classmethod
     def of(cls, route: Route) -> "RouteEntry":
-        """The entry of one of our routes."""
+        """Return the entry of one of our routes."""
         timeout_ms = round(route.timeout * 1000)
         return cls(
             *(route.net_id, route.host, route.name, int(route.flags)),
@@ -53,7 +53,7 @@ class RouteEntry(NamedTuple):
 
     @classmethod
     def decode(cls, data: bytes) -> "RouteEntry":
-        """An entry from its bytes. Raises DeviceError 0x705 for a wrong size."""
+        """Return an entry from its bytes. Raises DeviceError 0x705 for a wrong size."""
         if len(data) < _ENTRY.size:
             raise DeviceError(ReturnCode.INVALID_SIZE, f"a route has {_ENTRY.size} bytes or more")
         net_id, transport, flags, timeout_ms, fragment, *sizes = _ENTRY.unpack_from(data)

@@ -56,5 +56,5 @@ class TargetDescription:
 
 
 def _text(value: str) -> str:
-    """A text in XML. That of xml.sax would bring HTTP and mail with it into every start."""
+    """Return a text in XML. That of xml.sax would bring HTTP and mail with it into every start."""
     return escape(value, quote=False)

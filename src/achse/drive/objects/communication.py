@@ -87,7 +87,7 @@ def _pdo_entry(
     maximum: int | None = None,
     judged_by_write: bool = False,
 ) -> ObjectRow:
-    """A row whose value the mapping holds; its 8 steps and abort codes are there."""
+    """Return a row whose value the mapping holds; its 8 steps and abort codes are there."""
 
     def read(drive: DriveView) -> int:
         return drive.mapping.read(index, subindex)

@@ -33,7 +33,7 @@ def is_unsupported(index: int) -> bool:
 
 
 def find(index: int, subindex: int) -> ObjectRow:
-    """The row of an entry; raises `SdoAbort` if there is none."""
+    """Return the row of an entry; raises `SdoAbort` if there is none."""
     row = DICTIONARY.get(index << 8 | subindex)
     if row is not None:
         return row

@@ -75,7 +75,7 @@ def _clear(drive: DriveView, value: int) -> None:
 
 
 def _warning_code(drive: DriveView) -> int:
-    """The first warning that is present, as its panel number; 0 if there is none."""
+    """Return the first warning that is present, as its panel number; 0 if there is none."""
     record = drive.record
     for warning in Warn:
         word = record.warnings_1 if warning.index == 0x3110 else record.warnings_2

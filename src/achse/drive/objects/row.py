@@ -131,7 +131,7 @@ class ObjectRow:
         return self.command or self.field
 
     def get(self, drive: DriveView) -> Number:
-        """The present value."""
+        """Return the present value."""
         if self.read is not None:
             return self.read(drive)
         if self.constant is not None:

@@ -49,7 +49,7 @@ class AoeClient:
         return min(self._mailbox.capacity, self._mailbox.incoming.length - 6)
 
     def request(self, packet: bytes, *, response_ns: int = 0) -> Steps[bytes]:
-        """The response to a request: the packet with its invoke id and command."""
+        """Return the response to a request: the packet with its invoke id and command."""
         self._check(packet)
 
         def wanted(data: bytes) -> bool:

@@ -172,11 +172,11 @@ class BusSlave:
         return self.state == _OP and not self.error and all(map(_VALID, self._owners))
 
     def read_input(self, index: int, subindex: int = 0, *, signed: bool = False) -> int:
-        """The value of an input entry; KeyError if it is not mapped."""
+        """Return the value of an input entry; KeyError if it is not mapped."""
         return _read(self.inputs, self.input_entries[index, subindex], signed)
 
     def read_output(self, index: int, subindex: int = 0, *, signed: bool = False) -> int:
-        """The value that an output entry has now; KeyError if it is not mapped."""
+        """Return the value that an output entry has now; KeyError if it is not mapped."""
         return _read(self.outputs, self.output_entries[index, subindex], signed)
 
     def write_output(self, index: int, subindex: int, value: int) -> None:

@@ -163,7 +163,8 @@ class SlaveConfiguration:
         outputs: Sequence[tuple[int, int, int]] | None = None,
         inputs: Sequence[tuple[int, int, int]] | None = None,
     ) -> "SlaveConfiguration":
-        """The same slave with another mapping: (index, subindex, bits) of each entry, index 0 pads.
+        """Return the same slave with another mapping: (index, subindex, bits) of each entry, index
+        0 pads.
 
         The entries go to the first assigned PDO of each direction, and the master writes them.
         """
@@ -185,7 +186,7 @@ class SlaveConfiguration:
         )
 
     def idn_data(self, command: IdnCommand, cycle_ns: int) -> bytes:
-        """The data of a command in a bus with that cycle.
+        """Return the data of a command in a bus with that cycle.
 
         A command that adapts writes the cycle in µs to S-0-0001 and S-0-0002, and the IDNs that
         are assigned to S-0-0016 (inputs) and S-0-0024 (outputs), without control and status word.
@@ -206,7 +207,7 @@ class SlaveConfiguration:
         return command.data
 
     def manager_of(self, pdo: Pdo) -> int:
-        """The number of the SyncManager that a PDO travels in."""
+        """Return the number of the SyncManager that a PDO travels in."""
         if pdo.sync_manager is not None:
             return pdo.sync_manager
         output = pdo in self.outputs
@@ -244,7 +245,7 @@ class BusConfiguration:
             )
 
     def stations(self) -> list[int]:
-        """The station address of each slave."""
+        """Return the station address of each slave."""
         return [
             slave.station or FIRST_STATION + position for position, slave in enumerate(self.slaves)
         ]
@@ -281,7 +282,7 @@ def _pdo(
 def from_description(
     description: SlaveDescription, name: str = "", *, clock: ClockConfiguration | None = None
 ) -> SlaveConfiguration:
-    """A slave by its description: our own slaves (`achse.ethercat.describe`)."""
+    """Return a slave by its description: our own slaves (`achse.ethercat.describe`)."""
     layout = description.layout
     managers = (
         ProcessSyncManager(_OUTPUTS, layout.outputs.start, layout.outputs.control, True),
@@ -309,7 +310,7 @@ def from_description(
 
 
 def from_sii(content: SiiContent, name: str = "") -> SlaveConfiguration:
-    """A slave by its EEPROM: the PDOs that the image assigns to SyncManagers."""
+    """Return a slave by its EEPROM: the PDOs that the image assigns to SyncManagers."""
     managers = tuple(
         ProcessSyncManager(number, each.area.start, each.area.control, each.use == SiiUse.OUTPUTS)
         for number, each in enumerate(content.sync_managers)

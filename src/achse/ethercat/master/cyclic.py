@@ -142,13 +142,13 @@ class _Template:
         self._short_head = bytes(short[_LENGTH_AT:_FIRST]), short[before + 7]
 
     def whole(self, index: int) -> bytes:
-        """The frame to send."""
+        """Return the frame to send."""
         self.buffer[_FIRST + 1] = index
         self.length = len(self.buffer)
         return bytes(self.buffer)
 
     def short(self, index: int) -> bytes:
-        """The frame to send, without its last datagram."""
+        """Return the frame to send, without its last datagram."""
         self.buffer[_FIRST + 1] = index
         self.length = self.parts[-1].at
         frame = self.buffer[: self.length]
@@ -175,7 +175,7 @@ class _Template:
 
 
 def _headers(buffer: bytearray, parts: list[_Part]) -> Iterator[int]:
-    """The bytes of headers that slaves leave as they are."""
+    """Yield the bytes of headers that slaves leave as they are."""
     for part in parts:
         yield part.at
         yield from range(part.at + (4 if buffer[part.at] == _BRD else 2), part.at + 8)
@@ -226,7 +226,7 @@ class CyclicExchange:
         self._place()
 
     def _packed(self) -> list[list[tuple[Datagram, ProcessDatagram | None]]]:
-        """The datagrams, as many as fit into each frame."""
+        """Return the datagrams, as many as fit into each frame."""
         wanted: list[tuple[Datagram, ProcessDatagram | None]] = []
         if self._with_clock:  # a place for the time; NOP until a reference clock is known
             wanted.append((Datagram(DatagramCommand.NOP, 0, bytes(8)), None))
@@ -292,11 +292,11 @@ class CyclicExchange:
         self._bits_frame = last_frame if self.image.mailboxes else None
 
     def outputs(self, position: int) -> memoryview:
-        """The outputs of a slave: what is written here goes out with the next cycle."""
+        """Return the outputs of a slave: what is written here goes out with the next cycle."""
         return self._output_views.get(position, memoryview(bytearray()))
 
     def inputs(self, position: int) -> memoryview:
-        """The last valid inputs of a slave, read-only."""
+        """Return the last valid inputs of a slave, read-only."""
         return self._input_views.get(position, memoryview(b"")).toreadonly()
 
     def set_reference(self, station: int | None) -> None:
@@ -320,7 +320,7 @@ class CyclicExchange:
         return [each.wrong for each in self._frames]
 
     def frames(self) -> list[bytes]:
-        """The frames of the next cycle; those of the last that are not back are lost."""
+        """Return the frames of the next cycle; those of the last that are not back are lost."""
         self._cycle += 1
         for each in self._shared_outputs:
             each.put()
@@ -368,7 +368,7 @@ class CyclicExchange:
             process.fresh += cycles
 
     def exchanged(self, position: int) -> memoryview:
-        """The inputs of a slave, for an exchange without frames."""
+        """Return the inputs of a slave, for an exchange without frames."""
         return self._input_views.get(position, memoryview(bytearray()))
 
     def receive(self, packet: bytes) -> None:
@@ -427,6 +427,6 @@ class CyclicExchange:
         self.counters.wrong += 1
 
     def take_mailbox_bits(self) -> bytes:
-        """The mailbox states of the last look, once; empty until the next."""
+        """Return the mailbox states of the last look, once; empty until the next."""
         bits, self.mailbox_bits = self.mailbox_bits, b""
         return bits

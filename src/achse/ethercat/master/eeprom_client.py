@@ -102,7 +102,7 @@ class EepromClient:
         return data + (yield from self.read(_SIZE_WORD + 1, _words(data) - _SIZE_WORD - 1))
 
     def image(self) -> Steps[bytes]:
-        """All up to the end of the categories, at most what the size in the image allows."""
+        """Return all up to the end of the categories, at most what the size in the image allows."""
         data = bytearray((yield from self.read(0, _CATEGORIES + 2)))
         words = _words(data)
         at = _CATEGORIES

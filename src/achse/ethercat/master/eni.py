@@ -44,7 +44,7 @@ class EniError(ValueError):
 
 
 def read_eni(text: str | bytes) -> BusConfiguration:
-    """The bus in an ENI file; raises `EniError`."""
+    """Return the bus in an ENI file; raises `EniError`."""
     try:
         root = parse_xml(text)
     except XmlRefusal as refusal:
@@ -117,7 +117,7 @@ def _managers(process: Element | None) -> Iterator[ProcessSyncManager]:
 
 
 def _pdos(process: Element | None, tag: str) -> Iterator[Pdo]:
-    """The assigned PDOs: those with an attribute Sm."""
+    """Yield the assigned PDOs: those with an attribute Sm."""
     for element in [] if process is None else process.findall(tag):
         manager = element.get("Sm")
         if manager is None:
@@ -188,7 +188,7 @@ def _clock(element: Element | None) -> ClockConfiguration | None:
 
 
 def write_eni(bus: BusConfiguration) -> str:
-    """The bus as an ENI file."""
+    """Return the bus as an ENI file."""
     root = Element("EtherCATConfig", Version="1.3")
     config = ElementTree.SubElement(root, "Config")
     info = ElementTree.SubElement(ElementTree.SubElement(config, "Master"), "Info")

@@ -85,12 +85,12 @@ class EoeClient:
         return self._set("filter", EoeType.SET_FILTER, wanted.encode(), response_ns)
 
     def get_ip(self, *, response_ns: int = 0) -> Steps[IpSettings]:
-        """The addresses that the port has."""
+        """Return the addresses that the port has."""
         body = yield from self._get("addresses", EoeType.GET_IP, response_ns)
         return _decoded(IpSettings.decode, body)
 
     def get_filter(self, *, response_ns: int = 0) -> Steps[MacFilter]:
-        """The addresses that the port takes frames for."""
+        """Return the addresses that the port takes frames for."""
         body = yield from self._get("filter", EoeType.GET_FILTER, response_ns)
         return _decoded(MacFilter.decode, body)
 

@@ -92,7 +92,7 @@ class EsiMode:
     description: str = ""
 
     def clock(self, cycle_ns: int) -> ClockConfiguration | None:
-        """The SYNC signals at that bus cycle, None for a mode without.
+        """Return the SYNC signals at that bus cycle, None for a mode without.
 
         Raises `EsiError` for times that a clock cannot have.
         """
@@ -148,7 +148,7 @@ class EsiDevice:
     """The element of the modules in the same file."""
 
     def mode(self, name: str = "") -> EsiMode | None:
-        """The mode of that name, by default the first one; None if there are no modes.
+        """Return the mode of that name, by default the first one; None if there are no modes.
 
         Raises `EsiError` for a name that no mode has.
         """
@@ -168,7 +168,7 @@ def read_esi(
     revision_number: int = 0,
     encoding: str | None = None,
 ) -> list[EsiDevice]:
-    """The devices of an ESI file, all or those with that product and revision.
+    """Return the devices of an ESI file, all or those with that product and revision.
 
     Raises `EsiError` for other files, and for a wanted device that cannot be read.
     """
@@ -204,7 +204,7 @@ def read_esi(
 def parse_esi(
     text: str | bytes, handlers: Mapping[str, ElementHandler], encoding: str | None = None
 ) -> Element:
-    """The root of an ESI file; raises `EsiError`."""
+    """Return the root of an ESI file; raises `EsiError`."""
     try:
         root = parse_xml(text, encoding=encoding, handlers=handlers)
     except XmlRefusal as refusal:
@@ -256,7 +256,8 @@ def _device(element: Element, type_name: str, identity: tuple[int, int, int]) ->
 
 
 def _channels(element: Element, tag: str) -> list[Element]:
-    """The channels of a controller, FMMUs or SyncManagers; ValueError for more than it can have."""
+    """Return the channels of a controller, FMMUs or SyncManagers; ValueError for more than it can
+    have."""
     elements = element.findall(tag)
     if len(elements) > _LAST_SYNC_MANAGER + 1:
         raise ValueError(f"{tag}: expected at most {_LAST_SYNC_MANAGER + 1}, got {len(elements)}")
@@ -264,7 +265,7 @@ def _channels(element: Element, tag: str) -> list[Element]:
 
 
 def _name(element: Element) -> str:
-    """The English name, or the first one."""
+    """Return the English name, or the first one."""
     names = element.findall("Name")
     english = [each for each in names if each.get("LcId") == _ENGLISH]
     return next(((each.text or "").strip() for each in english + names), "")
@@ -295,7 +296,7 @@ def _within(value: int, most: int, name: str) -> int:
 
 
 def read_pdo(element: Element) -> EsiPdo:
-    """A PDO from its element, RxPdo or TxPdo; ValueError for a number that is none."""
+    """Return a PDO from its element, RxPdo or TxPdo; ValueError for a number that is none."""
     manager = element.get("Sm")
     index = _within(number(element, "Index"), 0xFFFF, "PDO Index")
     entries = tuple(
@@ -406,7 +407,7 @@ def from_esi(
     cycle_ns: int = 2 * _MS,
     pdos: Collection[int] | None = None,
 ) -> SlaveConfiguration:
-    """A slave by its ESI: default PDOs, or those with the indices `pdos`.
+    """Return a slave by its ESI: default PDOs, or those with the indices `pdos`.
 
     Some files assign PDOs by default that exclude each other; the first of them is taken.
 
@@ -456,7 +457,7 @@ def from_esi(
 def described(
     slave: SlaveConfiguration, devices: Iterable[EsiDevice], *, cycle_ns: int = 2 * _MS
 ) -> SlaveConfiguration:
-    """A scanned slave with what only its ESI has: clock mode, start commands, time-outs.
+    """Return a scanned slave with what only its ESI has: clock mode, start commands, time-outs.
 
     Taken is the device of its revision, else the newest before it; without one the slave stays
     as it is. PDOs are those of the scan.
@@ -489,7 +490,7 @@ def _assigned(
     listed: dict[int, tuple[int, ...]],
     wanted: Sequence[int] | None,
 ) -> tuple[Pdo, ...]:
-    """The PDOs of one direction, each with its SyncManager."""
+    """Return the PDOs of one direction, each with its SyncManager."""
     usual = next((each.number for each in managers if each.output == output), None)
     by_mode = {pdo: manager for manager, pdos in listed.items() for pdo in pdos}
     assigned = []

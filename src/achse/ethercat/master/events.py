@@ -50,5 +50,5 @@ class EmergencyMessage(NamedTuple):
 
     @classmethod
     def decode(cls, data: bytes) -> "EmergencyMessage":
-        """The message in 8 bytes; shorter ones are filled up."""
+        """Return the message in 8 bytes; shorter ones are filled up."""
         return cls(*_EMERGENCY.unpack(data[:8].ljust(8, b"\0")))

@@ -61,7 +61,7 @@ class FoeClient:
         response_ns: int = 0,
         progress: FoeProgress | None = None,
     ) -> Steps[bytes]:
-        """The whole file; `progress` is kept up to date."""
+        """Return the whole file; `progress` is kept up to date."""
         progress = progress or FoeProgress()
         mailbox = self._mailbox
         room = mailbox.incoming.length - _MAILBOX_HEADER - _HEAD.size

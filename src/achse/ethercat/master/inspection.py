@@ -50,7 +50,7 @@ def count_slaves() -> Steps[int]:
 
 
 def reset_bus() -> Steps[None]:
-    """All slaves to Init with empty FMMUs and SyncManagers, clocks at rest, EEPROM ours."""
+    """Return all slaves to Init with empty FMMUs and SyncManagers, clocks at rest, EEPROM ours."""
     _, count = yield from broadcast_read(Register.AL_STATUS, 2)
     for address, data in (
         (Register.DL_CONTROL + 1, b"\0"),  # loops open and close by themselves
@@ -153,7 +153,8 @@ def match(
 def scattered_reads(
     stations: Sequence[int], address: int, length: int, command: DatagramCommand
 ) -> Steps[list[bytes | None]]:
-    """The same memory of many slaves, by station or position; None of those that do not answer."""
+    """Return the same memory of many slaves, by station or position; None of those that do not
+    answer."""
     answers: list[bytes | None] = []
     for first in range(0, len(stations), _PER_TRIP):
         back: Round = yield Trip(

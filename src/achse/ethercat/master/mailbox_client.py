@@ -164,7 +164,7 @@ class MailboxClient:
             yield Pause(_POLL_NS)
 
     def _requests(self, message: bytes) -> tuple[Datagram, ...]:
-        """The datagrams that write a message; the last byte of the mailbox hands it over."""
+        """Return the datagrams that write a message; the last byte of the mailbox hands it over."""
         start, length = self.outgoing.start, self.outgoing.length
         write = DatagramCommand.FPWR
         if not self.split_writes or len(message) >= length - 1:
@@ -178,7 +178,7 @@ class MailboxClient:
     def receive(
         self, protocol: MailboxProtocol, wanted: Callable[[bytes], bool], response_ns: int = 0
     ) -> Steps[bytes]:
-        """The next message of that protocol that is `wanted`; others go to listeners.
+        """Return the next message of that protocol that is `wanted`; others go to listeners.
 
         The last look at the mailbox is when the time is over, however long this process was away.
         """
@@ -232,7 +232,7 @@ class MailboxClient:
         return message
 
     def _take(self) -> Steps[bytes]:
-        """The bytes of the message that waits; its last byte frees the mailbox."""
+        """Return the bytes of the message that waits; its last byte frees the mailbox."""
         station, start, length = self.station, self.incoming.start, self.incoming.length
         if not self.split_writes:
             return (yield from read(station, start, length, tries=1))

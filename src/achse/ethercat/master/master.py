@@ -81,7 +81,7 @@ class Master:
     # frames
 
     def transmit(self, now_ns: int, acyclic: int = 1) -> list[bytes]:
-        """The frames of a cycle: process data, then at most `acyclic` frames of requests."""
+        """Return the frames of a cycle: process data, then at most `acyclic` frames of requests."""
         self.now_ns = now_ns
         frames = self.cyclic.frames() if self.supervision.cyclic_on else []
         return frames + self.traffic.frames(now_ns, acyclic)
@@ -160,7 +160,7 @@ class Master:
         return self.supervision.searched and not slave.present
 
     def slave(self, station: int) -> BusSlave | None:
-        """The slave with that station address."""
+        """Return the slave with that station address."""
         return self._by_station.get(station)
 
     # requests
@@ -224,7 +224,7 @@ class Master:
     # events
 
     def take_events(self) -> list[BusEvent]:
-        """The events since the last call, the oldest first."""
+        """Return the events since the last call, the oldest first."""
         events = list(self._events)
         self._events.clear()
         return events

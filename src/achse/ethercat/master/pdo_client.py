@@ -26,7 +26,7 @@ class PdoClient:
         self._mailbox = mailbox
 
     def read(self, number: int, *, output: bool = False, response_ns: int = 0) -> Steps[bytes]:
-        """The whole TxPDO, or with `output` RxPDO, as it is now."""
+        """Return the whole TxPDO, or with `output` RxPDO, as it is now."""
         service = CoeService.RX_PDO_REQUEST if output else CoeService.TX_PDO_REQUEST
         answered = CoeService.RX_PDO if output else CoeService.TX_PDO
         head = _head(answered, number)

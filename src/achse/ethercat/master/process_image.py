@@ -55,7 +55,7 @@ class EntryPlace:
 
 
 def entry_places(slave: SlaveConfiguration, output: bool) -> tuple[EntryPlace, ...]:
-    """All entries of one direction, padding left out, in order."""
+    """Return all entries of one direction, padding left out, in order."""
     places = []
     base = 0
     for manager in _managers(slave, output):
@@ -184,7 +184,8 @@ class ProcessImage:
             self.datagrams.append(datagram)
 
     def fmmus(self, position: int, available: int) -> list[Fmmu]:
-        """The FMMUs of a slave, at most `available`; the mailbox state comes last, if it fits.
+        """Return the FMMUs of a slave, at most `available`; the mailbox state comes last, if it
+        fits.
 
         ValueError if the process data need more.
         """
@@ -222,7 +223,7 @@ class ProcessImage:
         return fmmus
 
     def lengths(self, position: int) -> Mapping[int, int]:
-        """Bytes of each SyncManager with process data, 0 where nothing is mapped."""
+        """Return bytes of each SyncManager with process data, 0 where nothing is mapped."""
         slave = self.bus.slaves[position]
         return {each.number: slave.bits(each) + 7 >> 3 for each in slave.sync_managers}
 

@@ -166,7 +166,7 @@ class Redundancy:
         return frames
 
     def _alone(self, half: "_Half") -> bytes | None:
-        """The frame, of one copy: the other one is taken to have passed no slave.
+        """Return the frame, of one copy: the other one is taken to have passed no slave.
 
         None where that is inconclusive: it passed no slave either, or it is a request, and the
         other copy may have been lost by chance.

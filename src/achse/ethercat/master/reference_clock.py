@@ -202,5 +202,5 @@ class ReferenceClock:
 
 
 def _signed(number: int) -> int:
-    """The difference of two times of 64 bits."""
+    """Return the difference of two times of 64 bits."""
     return (number + (1 << 63)) % (1 << 64) - (1 << 63)

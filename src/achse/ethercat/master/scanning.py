@@ -112,7 +112,7 @@ def _scan_slave(position: int, station: int, with_objects: bool) -> Steps[Scanne
 def _with_objects(
     station: int, slave: SlaveConfiguration, eeprom: EepromClient
 ) -> Steps[SlaveConfiguration]:
-    """The same slave with the PDOs that its objects assign now."""
+    """Return the same slave with the PDOs that its objects assign now."""
     out, into = slave.mailbox_out, slave.mailbox_in
     assert out is not None
     assert into is not None

@@ -69,7 +69,8 @@ class SdoClient:
     def upload(
         self, index: int, subindex: int = 0, *, complete: bool = False, response_ns: int = 0
     ) -> Steps[bytes]:
-        """The value of an entry, or with `complete` of an object from `subindex` 0 or 1 on."""
+        """Return the value of an entry, or with `complete` of an object from `subindex` 0 or 1
+        on."""
         yield from self._mailbox.acquire()
         try:
             command = _UPLOAD | _COMPLETE * complete
@@ -227,7 +228,8 @@ class SdoClient:
         return EntryInformation(object_index, sub, present_info, kind, bits, access, data[10:])
 
     def inform(self, operation: int, request: bytes) -> Steps[bytes]:
-        """The bytes behind the information header: 1 list, 3 object, 5 entry, fragments joined."""
+        """Return the bytes behind the information header: 1 list, 3 object, 5 entry, fragments
+        joined."""
         return (yield from self._inform((operation, operation + 1), request))
 
     def _inform(self, operation: tuple[int, int], request: bytes) -> Steps[bytes]:

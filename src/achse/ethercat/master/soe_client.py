@@ -55,7 +55,7 @@ class SoeClient:
         *,
         response_ns: int = 0,
     ) -> Steps[bytes]:
-        """The bytes of an element; `drive` is 0 to 7."""
+        """Return the bytes of an element; `drive` is 0 to 7."""
         mailbox = self._mailbox
         yield from mailbox.acquire()
         try:

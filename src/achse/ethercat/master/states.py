@@ -27,7 +27,7 @@ class AlReport(NamedTuple):
 
 
 def report_of(data: bytes) -> AlReport:
-    """The report in the 6 bytes from register 0x0130 on."""
+    """Return the report in the 6 bytes from register 0x0130 on."""
     word, code = int.from_bytes(data[:2], "little"), int.from_bytes(data[4:6], "little")
     return AlReport(word & _STATE, bool(word & _ERROR), code)
 

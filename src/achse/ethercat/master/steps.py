@@ -45,7 +45,7 @@ Steps: TypeAlias = Generator[Trip | Pause, Round, T]
 
 
 def now() -> Steps[int]:
-    """The present time of the bus, in ns."""
+    """Return the present time of the bus, in ns."""
     return (yield Pause(0)).now_ns
 
 
@@ -63,7 +63,7 @@ def read(station: int, address: int, length: int, tries: int = TRIES) -> Steps[b
 
 
 def read_number(station: int, register: Register) -> Steps[int]:
-    """The value of a register."""
+    """Return the value of a register."""
     data = yield from read(station, register, register.size)
     return int.from_bytes(data, "little")
 
@@ -91,7 +91,7 @@ def write_position(position: int, address: int, data: bytes) -> Steps[None]:
 
 
 def broadcast_read(address: int, length: int) -> Steps[tuple[bytes, int]]:
-    """The bytes of all slaves, by OR, and how many slaves there are."""
+    """Return the bytes of all slaves, by OR, and how many slaves there are."""
     back = yield Trip((Datagram.at(_C.BRD, 0, address, bytes(length)),))
     return back.datagrams[0].data, back.datagrams[0].counter
 

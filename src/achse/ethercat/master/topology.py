@@ -30,12 +30,12 @@ class PlaceOnBus:
 
 
 def open_ports(dl_status: int) -> tuple[int, ...]:
-    """The ports with communication, in the order in which frames pass them."""
+    """Return the ports with communication, in the order in which frames pass them."""
     return tuple(port for port in PORT_ORDER if dl_status >> _COMMUNICATION + 2 * port & 1)
 
 
 def build_tree(dl_statuses: Sequence[int]) -> list[PlaceOnBus]:
-    """The places of slaves in processing order, from their DL status.
+    """Return the places of slaves in processing order, from their DL status.
 
     A status that fits to nothing makes a line: faults of links are reported elsewhere.
     """
@@ -84,7 +84,7 @@ def propagation_delays(
 def _clock_above(
     places: Sequence[PlaceOnBus], times: Sequence[Sequence[int] | None], position: int
 ) -> tuple[int, int] | None:
-    """The nearest slave with a clock towards the master, and its port on the way here."""
+    """Return the nearest slave with a clock towards the master, and its port on the way here."""
     while (parent := places[position].parent) is not None:
         if times[parent] is not None:
             return parent, places[position].parent_port
@@ -93,7 +93,7 @@ def _clock_above(
 
 
 def _port_before(ports: Sequence[int], port: int) -> int:
-    """The port that frames passed before this one."""
+    """Return the port that frames passed before this one."""
     if port not in ports:
         return 0
     at = ports.index(port)

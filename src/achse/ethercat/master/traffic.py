@@ -53,7 +53,7 @@ class BusJob(Generic[T]):
         self.error: BusError | None = None
 
     def result(self) -> T:
-        """The value; raises the `BusError` it ended with. ValueError if it is under way."""
+        """Return the value; raises the `BusError` it ended with. ValueError if it is under way."""
         if self.error is not None:
             raise self.error
         if not self._value:

@@ -101,7 +101,7 @@ def parse_xml(
     encoding: str | None = None,
     handlers: Mapping[str, ElementHandler] | None = None,
 ) -> Element:
-    """The root element; raises `XmlRefusal`.
+    """Return the root element; raises `XmlRefusal`.
 
     `handlers` see elements by their path from the root ("a/b/c") as soon as they are complete; what
     they raise is raised.
@@ -127,7 +127,7 @@ def parse_xml(
 
 
 def read_bounded(file: Path) -> bytes:
-    """The content of a file; raises `XmlRefusal` for one that is too long, and OSError."""
+    """Return the content of a file; raises `XmlRefusal` for one that is too long, and OSError."""
     with file.open("rb") as opened:
         data = opened.read(_LONGEST + 1)
     if len(data) > _LONGEST:
@@ -136,7 +136,7 @@ def read_bounded(file: Path) -> bytes:
 
 
 def encoding_of(data: bytes) -> str:
-    """The encoding of a document, by its mark or its declaration; UTF-8 without either."""
+    """Return the encoding of a document, by its mark or its declaration; UTF-8 without either."""
     for mark, name in _MARKS:
         if data.startswith(mark):
             return name
@@ -153,13 +153,13 @@ def encoding_of(data: bytes) -> str:
 
 
 def number(element: Element, path: str, default: int = 0) -> int:
-    """The number in the element at `path`; ValueError where there is something else."""
+    """Return the number in the element at `path`; ValueError where there is something else."""
     text = (element.findtext(path) or "").strip()
     return number_of(text, path) if text else default
 
 
 def number_of(text: str, name: str) -> int:
-    """A number as it is written; ValueError names what it is of."""
+    """Return a number as it is written; ValueError names what it is of."""
     try:
         return int(text[2:], 16) if text[:2].lower() in _HEX else int(text)
     except ValueError:

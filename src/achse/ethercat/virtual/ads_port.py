@@ -48,7 +48,7 @@ class AdsPort:
         self._room = room
 
     def answer(self, data: bytes) -> Iterable[bytes] | int:
-        """The reply to a packet, or a mailbox error; responses are taken in silence."""
+        """Return the reply to a packet, or a mailbox error; responses are taken in silence."""
         if len(data) < _HEAD.size:
             return MailboxError.SIZE_TOO_SHORT
         target, source, command, flags, length, _, invoke = _HEAD.unpack_from(data)

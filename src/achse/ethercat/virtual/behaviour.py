@@ -82,7 +82,8 @@ class RecordedSignals(SlaveBehaviour):
 
     @classmethod
     def from_csv(cls, lines: Iterable[str], *, repeat: bool = False) -> "RecordedSignals":
-        """A recording in CSV: `time` in s first, then a column for each channel; ValueError."""
+        """Return a recording in CSV: `time` in s first, then a column for each channel;
+        ValueError."""
         rows = csv.reader(lines)
         head = [each.strip() for each in next(rows, [])]
         if len(head) < 2 or head[0].lower() not in ("time", "t", "time_s"):

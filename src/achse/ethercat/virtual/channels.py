@@ -36,7 +36,7 @@ class PdoChannel:
 
 
 def channels_of(outputs: Iterable[Pdo], inputs: Iterable[Pdo]) -> Mapping[str, PdoChannel]:
-    """The channels by each of their names; whole names win over short ones."""
+    """Return the channels by each of their names; whole names win over short ones."""
     whole: dict[str, PdoChannel] = {}
     objects: dict[str, PdoChannel] = {}
     short: dict[str, list[PdoChannel]] = {}
@@ -62,7 +62,8 @@ def channels_of(outputs: Iterable[Pdo], inputs: Iterable[Pdo]) -> Mapping[str, P
 
 
 def encode_value(channel: PdoChannel, value: Value) -> int:
-    """The bits of a value as a number; ValueError or TypeError if the channel cannot have it."""
+    """Return the bits of a value as a number; ValueError or TypeError if the channel cannot have
+    it."""
     kind, bits = channel.data_type, channel.bits
     if isinstance(value, bytes):
         if len(value) > bits + 7 >> 3:
@@ -84,7 +85,7 @@ def encode_value(channel: PdoChannel, value: Value) -> int:
 
 
 def decode_value(channel: PdoChannel, raw: int) -> Value:
-    """The value of the bits `raw`: bool, number, or bytes for a text."""
+    """Return the value of the bits `raw`: bool, number, or bytes for a text."""
     kind, bits = channel.data_type, channel.bits
     if kind == DataType.BOOL:
         return bool(raw)

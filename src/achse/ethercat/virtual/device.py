@@ -67,7 +67,7 @@ class _Image:
         self.data = bytes(self.size)
 
     def get(self, place: _Place) -> int:
-        """The bits of an object."""
+        """Return the bits of an object."""
         bit, bits = self.places[place]
         return int.from_bytes(self.data, "little") >> bit & (1 << bits) - 1
 
@@ -151,7 +151,8 @@ class VirtualDevice:
     def _dictionary(
         self, idents: Sequence[int] | None, modules: Iterable[DictionaryObject]
     ) -> tuple[DictionaryObject, ...]:
-        """The objects of the file, and those that a device has besides: file first, PDOs last."""
+        """Return the objects of the file, and those that a device has besides: file first, PDOs
+        last."""
         device = self.esi
         profiles = [] if device.element is None else device.element.findall("Profile")
         by_index = {each.index: each for each in self._usual()}
@@ -243,7 +244,7 @@ class VirtualDevice:
         return entries[subindex]
 
     def read_object(self, index: int, subindex: int) -> bytes:
-        """The value of an entry; raises `SdoAbort`."""
+        """Return the value of an entry; raises `SdoAbort`."""
         entry = self._entry(index, subindex)
         if not entry.access & _READ:
             raise SdoAbort(AbortCode.WRITE_ONLY)
@@ -284,7 +285,7 @@ class VirtualDevice:
     # process data
 
     def _images(self) -> dict[int, _Image]:
-        """The image of each SyncManager with the mapping of now, with the values kept."""
+        """Return the image of each SyncManager with the mapping of now, with the values kept."""
         if not self._image_by_manager:
             for manager, output in self._managers.items():
                 image = _Image(output, self._lists.assigned(manager))
@@ -305,7 +306,7 @@ class VirtualDevice:
         return sum(each.size for each in self._images().values() if not each.output)
 
     def buffer_size(self, number: int) -> int:
-        """Bytes in a SyncManager."""
+        """Return bytes in a SyncManager."""
         return self._images()[number].size
 
     def buffer_writer(self, number: int) -> Callable[[bytes], object]:
@@ -318,11 +319,11 @@ class VirtualDevice:
         return partial(getattr, self._images()[number], "data")
 
     def all_outputs(self) -> bytes:
-        """The outputs of all SyncManagers, one behind the other."""
+        """Return the outputs of all SyncManagers, one behind the other."""
         return b"".join(each.data for each in self._images().values() if each.output)
 
     def read_inputs(self) -> bytes:
-        """The inputs of all SyncManagers, one behind the other."""
+        """Return the inputs of all SyncManagers, one behind the other."""
         return b"".join(each.data for each in self._images().values() if not each.output)
 
     def write_all_inputs(self, data: bytes) -> None:
@@ -349,7 +350,7 @@ class VirtualDevice:
         return self._channels
 
     def channel(self, name: str) -> PdoChannel:
-        """A channel by one of its names; KeyError names close ones."""
+        """Return a channel by one of its names; KeyError names close ones."""
         try:
             return self._channels[name]
         except KeyError:
@@ -366,11 +367,11 @@ class VirtualDevice:
         self._store(channel.place, raw.to_bytes(channel.bits + 7 >> 3, "little"))
 
     def input(self, name: str) -> Value:
-        """The value of an input; KeyError."""
+        """Return the value of an input; KeyError."""
         return self._value(self.channel(name))
 
     def output(self, name: str) -> Value:
-        """The value of an output as the master wrote it last; KeyError."""
+        """Return the value of an output as the master wrote it last; KeyError."""
         return self._value(self.channel(name))
 
     def _value(self, channel: PdoChannel) -> Value:
@@ -393,7 +394,7 @@ class VirtualDevice:
         return AlStatus.NO_ERROR
 
     def step(self, elapsed_ns: int) -> AlStatus:
-        """A local cycle: a step of the behaviour."""
+        """Return a local cycle: a step of the behaviour."""
         if self.behaviour is not None:
             self.behaviour.step(self, elapsed_ns)
         return AlStatus.NO_ERROR
@@ -411,7 +412,7 @@ class VirtualDevice:
         return not (self.emergencies or (network is not None and network.waiting))
 
     def take_emergency(self) -> bytes | None:
-        """The oldest of `emergencies`."""
+        """Return the oldest of `emergencies`."""
         return self.emergencies.pop(0) if self.emergencies else None
 
 
@@ -427,7 +428,7 @@ class VirtualFileDevice(VirtualDevice):
         self.bootstrap = len(device.bootstrap) >= 8
 
     def read_file(self, name: str, password: int) -> bytes:
-        """A file that was written, or put into `files`."""
+        """Return a file that was written, or put into `files`."""
         if name not in self.files:
             raise FileRefusal(FoeError.NOT_FOUND, name)
         return self.files[name]
@@ -448,7 +449,7 @@ class VirtualFileDevice(VirtualDevice):
 
 
 def _with_entries(index: int, entries: Mapping[int, DictionaryEntry]) -> DictionaryObject:
-    """An object that the file's dictionary does not have."""
+    """Return an object that the file's dictionary does not have."""
     only = entries.get(0)
     if only is not None and len(entries) == 1:
         return DictionaryObject(
@@ -461,7 +462,8 @@ def _with_entries(index: int, entries: Mapping[int, DictionaryEntry]) -> Diction
 def _completed(
     present: DictionaryObject, entries: Mapping[int, DictionaryEntry]
 ) -> DictionaryObject:
-    """An object of the file with the entries that PDOs map and it does not list, and their use."""
+    """Return an object of the file with the entries that PDOs map and it does not list, and their
+    use."""
     by_subindex = {each.subindex: each for each in present.entries}
     for subindex, entry in entries.items():
         known = by_subindex.get(subindex)

@@ -36,8 +36,8 @@ def image_of(
     alias: int = 0,
     serial_number: int = 0,
 ) -> bytes:
-    """The image. `sizes` are the bytes of process data in each SyncManager, `assigned` the PDOs
-    that a device assigns by itself, with their SyncManagers."""
+    """Return the image. `sizes` are the bytes of process data in each SyncManager, `assigned` the
+    PDOs that a device assigns by itself, with their SyncManagers."""
     head = (device.eeprom_head or _USUAL)[:_CONFIGURATION].ljust(_CONFIGURATION, b"\0")
     head = head[:8] + (alias.to_bytes(2, "little") if alias else head[8:10]) + head[10:]
     mailbox = [0, 0, 0, 0]
@@ -82,7 +82,7 @@ def image_of(
 
 
 def _fitting(source: SiiSource, *, objects: bool) -> bytes:
-    """The image with as much of the PDOs as there is room for.
+    """Return the image with as much of the PDOs as there is room for.
 
     Left out are first the names of entries, then those of PDOs, then PDOs that are not assigned.
     A slave whose `objects` describe its PDOs may have none at all; others get a larger EEPROM.
@@ -107,7 +107,7 @@ def _fitting(source: SiiSource, *, objects: bool) -> bytes:
 
 
 def _with_pdos(source: SiiSource, change: Callable[[Pdo], Pdo | None]) -> SiiSource:
-    """The same with other PDOs; None leaves one out."""
+    """Return the same with other PDOs; None leaves one out."""
     directions = [
         tuple(new for pdo in pdos if (new := change(pdo)) is not None)
         for pdos in (source.tx_pdos, source.rx_pdos)
@@ -133,7 +133,7 @@ def _boot(data: bytes) -> tuple[int, int, int, int]:
 
 
 def _fmmus(device: EsiDevice) -> bytes:
-    """The use of each FMMU, an even number of bytes."""
+    """Return the use of each FMMU, an even number of bytes."""
     uses = bytes(_FMMUS.get(each.lower(), 0xFF) for each in device.fmmus)
     if not uses:
         kinds = dict.fromkeys(each.use.lower() for each in device.sync_managers)
@@ -142,7 +142,7 @@ def _fmmus(device: EsiDevice) -> bytes:
 
 
 def _as_assigned(pdo: Pdo, assigned: dict[int, Pdo]) -> Pdo:
-    """A PDO with its SyncManager, none if the device does not assign it by itself."""
+    """Return a PDO with its SyncManager, none if the device does not assign it by itself."""
     default = assigned.get(pdo.index)
     manager = None if default is None else default.sync_manager
     return Pdo(pdo.index, pdo.name, manager, pdo.fixed, pdo.entries)

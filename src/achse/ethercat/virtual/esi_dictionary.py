@@ -29,7 +29,7 @@ _MAPPABLE = {"r": ObjectAccess.RX_PDO, "t": ObjectAccess.TX_PDO}
 
 
 def type_number(name: str) -> int:
-    """The number of a basic type by its name in ESI files, 0 for others."""
+    """Return the number of a basic type by its name in ESI files, 0 for others."""
     name = name.strip().upper()
     if name in TYPE_NUMBERS:
         return TYPE_NUMBERS[name]
@@ -79,7 +79,7 @@ class _Types:
         return data_type, bits
 
     def items(self, name: str) -> list[_Item]:
-        """The entries of a type, none if it is a single value."""
+        """Return the entries of a type, none if it is a single value."""
         element = self._by_name.get(name.strip())
         items: list[_Item] = []
         for place, item in enumerate([] if element is None else element.findall("SubItem")):
@@ -106,7 +106,7 @@ class _Types:
 
 
 def read_dictionary(profiles: Iterator[Element], shift: int = 0) -> list[DictionaryObject]:
-    """The objects of the dictionaries in Profile elements, each index once.
+    """Return the objects of the dictionaries in Profile elements, each index once.
 
     `shift` is added to each index that depends on the slot. ValueError names what cannot be read.
     """
@@ -151,7 +151,7 @@ def _object(element: Element, types: _Types, shift: int) -> DictionaryObject:
 
 
 def _counted(entries: tuple[DictionaryEntry, ...]) -> tuple[DictionaryEntry, ...]:
-    """The entries with a number of entries in subindex 0, if the file gives none."""
+    """Return the entries with a number of entries in subindex 0, if the file gives none."""
     access = int(ObjectAccess.READ)
     last = entries[-1].subindex
     first = entries[0]
@@ -164,7 +164,7 @@ def _counted(entries: tuple[DictionaryEntry, ...]) -> tuple[DictionaryEntry, ...
 
 
 def _values(items: list[_Item], elements: list[Element]) -> list[Element | None]:
-    """The Info of each entry: by place where there are as many, else by name."""
+    """Return the Info of each entry: by place where there are as many, else by name."""
     if len(items) == len(elements):
         return [each.find("Info") for each in elements]
     by_name = {each.findtext("Name", "").strip(): each.find("Info") for each in elements}
@@ -182,7 +182,8 @@ def _entry(item: _Item, flags: Element | None, info: Element | None) -> Dictiona
 
 
 def _value(info: Element, kind: str, item: _Item) -> bytes | None:
-    """A default or limit: as bytes, text or number; None if there is none or it cannot be one."""
+    """Return a default or limit: as bytes, text or number; None if there is none or it cannot be
+    one."""
     size = item.bits + 7 >> 3
     data = info.findtext(f"{kind}Data")
     if data is not None and data.strip():
@@ -215,7 +216,7 @@ def _real(text: str, form: str) -> bytes | None:
 
 
 def _access(flags: Element | None) -> int:
-    """The access word of Flags; read only without them."""
+    """Return the access word of Flags; read only without them."""
     if flags is None:
         return int(ObjectAccess.READ)
     access = flags.find("Access")

@@ -107,7 +107,8 @@ class EsiFolder:
         self.types += [EsiType(name, revision, document, at) for name, revision, at in rows]
 
     def find(self, name: str) -> EsiDevice:
-        """A device by the name of its type, or TYPE@REVISION; without one the newest revision.
+        """Return a device by the name of its type, or TYPE@REVISION; without one the newest
+        revision.
 
         Raises `EsiError` that names close ones.
         """
@@ -132,7 +133,7 @@ class EsiFolder:
         raise EsiError(f"no device {kind!r} in the ESI files; there are: {there}")
 
     def _read(self, row: EsiType) -> EsiDevice:
-        """The device of a type; raises `EsiError`."""
+        """Return the device of a type; raises `EsiError`."""
         document = row.document
         key = document.file, row.place.start
         if key in self._devices:
@@ -158,7 +159,7 @@ def _content(file: Path) -> bytes:
 
 
 def _alone(data: bytes, row: EsiType) -> bytes:
-    """A document with one device and the modules of its file."""
+    """Return a document with one device and the modules of its file."""
     document = row.document
 
     def encoded(text: str) -> bytes:

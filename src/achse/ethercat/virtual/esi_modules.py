@@ -35,12 +35,12 @@ class EquippedDevice:
 
 
 def module_names(device: EsiDevice) -> list[str]:
-    """The names of all modules in the file of a device."""
+    """Return the names of all modules in the file of a device."""
     return [_name(each) for each in _modules(device)]
 
 
 def equip(device: EsiDevice, names: Sequence[str] = ()) -> EquippedDevice:
-    """The device with these modules in its slots, the first in the first slot.
+    """Return the device with these modules in its slots, the first in the first slot.
 
     Without names the slots have their default modules. Raises `EsiError` for a module that the file
     has not, and for a device without slots.
@@ -111,7 +111,7 @@ def _named(device: EsiDevice, name: str) -> Element:
 
 
 def _default(device: EsiDevice, slots: Element) -> Iterator[Element]:
-    """The modules that the slots have by themselves."""
+    """Yield the modules that the slots have by themselves."""
     known = {_ident(each): each for each in _modules(device)}
     for slot in slots.iterfind("Slot"):
         for each in slot.iterfind("ModuleIdent"):

@@ -69,7 +69,7 @@ class MailboxServices:
         return MailboxError.NO_MEMORY if any(len(x) > self._room for x in replies) else replies
 
     def take_message(self) -> tuple[int, bytes] | None:
-        """The oldest unsolicited message to the master."""
+        """Return the oldest unsolicited message to the master."""
         if self.network is None or not self.network.waiting:
             return None
         return MailboxProtocol.EOE, self.network.waiting.popleft()

@@ -59,7 +59,7 @@ class NetworkPort:
             self.waiting.clear()
 
     def answer(self, data: bytes) -> Iterable[bytes] | int:
-        """The reply to a message of the master, or a mailbox error."""
+        """Return the reply to a message of the master, or a mailbox error."""
         try:
             number, port, _, body = split(data)
         except ValueError:
@@ -122,7 +122,7 @@ class NetworkPort:
 
 
 def _arp_reply(frame: bytes, mac: bytes, address: bytes) -> bytes | None:
-    """The answer to a question for our address."""
+    """Return the answer to a question for our address."""
     if len(frame) < 14 + _ARP_FORM.size:
         return None
     *head, operation, asker, asker_address, _, target = _ARP_FORM.unpack_from(frame, 14)
@@ -133,7 +133,7 @@ def _arp_reply(frame: bytes, mac: bytes, address: bytes) -> bytes | None:
 
 
 def _echo_reply(frame: bytes, mac: bytes, address: bytes) -> bytes | None:
-    """The answer to an echo request for our address; fragments have none."""
+    """Return the answer to an echo request for our address; fragments have none."""
     packet = frame[14:]
     if len(packet) < 20 or packet[0] >> 4 != 4 or packet[9] != _ICMP or packet[16:20] != address:
         return None

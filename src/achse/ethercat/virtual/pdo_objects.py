@@ -96,19 +96,19 @@ class PdoObjects:
             )  # fmt: skip
 
     def objects(self) -> list[DictionaryObject]:
-        """The objects, by index."""
+        """Return the objects, by index."""
         return [self._lists[index].described(index) for index in sorted(self._lists)]
 
     def __contains__(self, index: int) -> bool:
         return index in self._lists
 
     def assigned(self, manager: int) -> list[Pdo]:
-        """The PDOs of a SyncManager with their entries of now."""
+        """Return the PDOs of a SyncManager with their entries of now."""
         indices = self._lists[ASSIGNMENT + manager].active
         return [self.pdo(index) for index in indices if index in self._pdos]
 
     def pdo(self, index: int) -> Pdo:
-        """A PDO with its entries of now."""
+        """Return a PDO with its entries of now."""
         pdo, mapped = self._pdos[index].pdo, self._lists[index]
         if mapped.active == mapped.initial:
             return pdo  # entries of more than 255 bits have their length here alone
@@ -123,7 +123,7 @@ class PdoObjects:
         return PdoEntry(index, subindex, bits, entry.name, entry.data_type)
 
     def read(self, index: int, subindex: int) -> bytes:
-        """A number of a list."""
+        """Return a number of a list."""
         pdo_list = self._lists[index]
         if subindex == 0:
             return bytes((pdo_list.count,))

@@ -57,7 +57,7 @@ class _Parameter:
         return shift | self.is_list * _LIST_BIT | self.kind << _TYPE_SHIFT | 1
 
     def element(self, element: SoeElement) -> bytes | int:
-        """The bytes of an element, or the code of one that is not there."""
+        """Return the bytes of an element, or the code of one that is not there."""
         match element:
             case SoeElement.STATUS:
                 return bytes(2)
@@ -102,11 +102,11 @@ class SercosParameters:
         write begins."""
 
     def value(self, idn: int, drive: int = 0) -> bytes:
-        """The value of an IDN; KeyError."""
+        """Return the value of an IDN; KeyError."""
         return self._drives[drive][idn].value
 
     def answer(self, data: bytes) -> Iterable[bytes] | int:
-        """The reply to a message, in fragments, or a mailbox error.
+        """Return the reply to a message, in fragments, or a mailbox error.
 
         A fragment of another write than the pending one (another drive, other elements, a number of
         fragments left that does not follow) is refused with 0x7008; the pending write ends with it.
@@ -190,7 +190,7 @@ def _refusal(operation: int, drive: int, elements: int, idn: int, code: int) -> 
 
 
 def _mapped(device: EsiDevice) -> Iterator[tuple[int, _Parameter]]:
-    """The parameters that PDOs map, whose entries have the IDN as index, and their lists.
+    """Yield the parameters that PDOs map, whose entries have the IDN as index, and their lists.
 
     A master may write the lists, as start commands do; the mapping is that of the file, so that a
     list with other IDNs is refused.

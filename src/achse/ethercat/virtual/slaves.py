@@ -88,7 +88,7 @@ def make_slave(
     alias: int = 0,
     serial_number: int = 0,
 ) -> VirtualSlave:
-    """A slave from a device of an ESI file, with modules in its slots; raises `EsiError`.
+    """Return a slave from a device of an ESI file, with modules in its slots; raises `EsiError`.
 
     `alias` is its identification too: of the switches, by AL status, and where the file names an
     address for it.
@@ -121,7 +121,7 @@ def _memory(device: EsiDevice) -> SlaveMemory:
 
 
 def _resources(device: VirtualDevice) -> ControllerResources:
-    """The resources of the file, and as many more as its SyncManagers need."""
+    """Return the resources of the file, and as many more as its SyncManagers need."""
     esi = device.esi
     resources = [0, 0, 0]
     if esi.element is not None:

@@ -28,7 +28,7 @@ def swept(start: PlanePoint, end: PlanePoint, centre: PlanePoint, clockwise: boo
 def centre_of_radius(
     start: PlanePoint, end: PlanePoint, radius: float, clockwise: bool
 ) -> PlanePoint:
-    """The centre of an arc given by its radius; a negative one takes the long way round."""
+    """Return the centre of an arc given by its radius; a negative one takes the long way round."""
     u, v = end[0] - start[0], end[1] - start[1]
     chord = hypot(u, v)
     if chord <= SAME_POINT:

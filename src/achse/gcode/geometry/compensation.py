@@ -70,7 +70,7 @@ class _Beside:
         self.corner = False
 
     def at(self, place: float) -> PlanePoint:
-        """The point at this length."""
+        """Return the point at this length."""
         if not self.sense:
             return (self.start[0] + place * self.way[0], self.start[1] + place * self.way[1])
         angle = self.sense * place / self.radius
@@ -79,7 +79,7 @@ class _Beside:
         return (self.centre[0] + x * c - y * s, self.centre[1] + x * s + y * c)
 
     def place(self, point: PlanePoint) -> float:
-        """The length at which the point is; arcs prefer what is near to their middle."""
+        """Return the length at which the point is; arcs prefer what is near to their middle."""
         x, y = point[0] - self.start[0], point[1] - self.start[1]
         if not self.sense:
             return x * self.way[0] + y * self.way[1]
@@ -150,7 +150,7 @@ class CutterCompensation:
             self.pending.append(command)
 
     def feed(self, element: ContourElement) -> Iterator[ContourElement | Canonical]:
-        """The next element of the contour; gives those that are final now."""
+        """Yield the next element of the contour; gives those that are final now."""
         last = self._last()
         way = hypot(
             element.end[self.first] - element.start[self.first],
@@ -179,7 +179,7 @@ class CutterCompensation:
         yield from self._release()
 
     def finish(self) -> Iterator[ContourElement | Canonical]:
-        """The end of the contour: all delayed elements."""
+        """Yield the end of the contour: all delayed elements."""
         yield from self._check(None)
         yield from self._release(everything=True)
 
@@ -223,7 +223,7 @@ class CutterCompensation:
     def _corner(
         self, last: _Beside, following: _Beside, corner: PlanePoint, turn: float, ahead: float
     ) -> _Beside:
-        """The arc about an outer corner."""
+        """Return the arc about an outer corner."""
         facts = last.element.facts
         arc = _Beside(ContourElement(facts, last.element.end, last.element.end))
         arc.centre, arc.radius, arc.sense = corner, self.radius, -self.side
@@ -236,7 +236,7 @@ class CutterCompensation:
     def _cross(
         self, last: _Beside, following: _Beside, corner: PlanePoint
     ) -> Iterator[ContourElement | Canonical]:
-        """An inner corner: both end where they cross."""
+        """Yield an inner corner: both end where they cross."""
         while True:
             points = _crossings(last, following)
             if points:
@@ -393,7 +393,7 @@ class CutterCompensation:
         return scale
 
     def _upright(self, element: ContourElement) -> ContourElement:
-        """A move of the infeed axis or auxiliary axes, where the cutter is."""
+        """Return a move of the infeed axis or auxiliary axes, where the cutter is."""
         at = self.at or self._plane(element.start)
         return ContourElement(
             element.facts,
@@ -430,7 +430,7 @@ class CutterCompensation:
         return beside.tangent(beside.full if at_end else 0.0)
 
     def _beside(self, element: ContourElement) -> _Beside:
-        """The element moved aside, untrimmed."""
+        """Return the element moved aside, untrimmed."""
         beside = _Beside(element)
         start, end = self._plane(element.start), self._plane(element.end)
         offset = self.side * self.radius

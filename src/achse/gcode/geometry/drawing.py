@@ -123,7 +123,7 @@ class _Sheet:
 
 
 def draw_moves(moves: Sequence[Moving], *, view: str = "xy", title: str = "") -> str:
-    """The programmed path: one colour, rapid moves dashed; arcs as chords of 3 degrees."""
+    """Return the programmed path: one colour, rapid moves dashed; arcs as chords of 3 degrees."""
     drawn = [(_points(move, view), move.rapid) for move in moves]
     sheet = _Sheet(point for points, _ in drawn for point in points)
     run: list[_Flat] = []
@@ -145,7 +145,7 @@ def _stroke(sheet: _Sheet, points: list[_Flat], rapid: bool) -> None:
 
 
 def draw_velocities(samples: Sequence[PathSample], *, view: str = "xy", title: str = "") -> str:
-    """The path that was run, its velocity as colour, with a scale."""
+    """Return the path that was run, its velocity as colour, with a scale."""
     flat = [_flat(sample.at, view) for sample in samples]
     sheet = _Sheet(flat)
     top = max((sample.velocity for sample in samples), default=0.0)

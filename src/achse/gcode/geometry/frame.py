@@ -57,13 +57,13 @@ class WorkFrame:
         return (x + a + d, y + b + e, z + c + f)
 
     def turned(self, vector: PathPoint) -> PathPoint:
-        """A direction of the workpiece as one of the axes."""
+        """Return a direction of the workpiece as one of the axes."""
         x, y, z = (value * sign for value, sign in zip(vector, self.mirror, strict=True))
         (a, b, c), (d, e, f), (g, h, i) = self.turn
         return (a * x + b * y + c * z, d * x + e * y + f * z, g * x + h * y + i * z)
 
     def to_work(self, axes: PathPoint) -> PathPoint:
-        """The point of the workpiece at positions of the axes."""
+        """Return the point of the workpiece at positions of the axes."""
         x, y, z = (
             value - shift - tool
             for value, shift, tool in zip(axes, self.shift, self.tool, strict=True)

@@ -39,7 +39,7 @@ class BlockWords:
         self._bottleneck = bottleneck
 
     def values(self, block: ProgramBlock, prepared: Preparation) -> dict[str, float | None]:
-        """The values of the block's words in mm; feeds and angles as they are."""
+        """Return the values of the block's words in mm; feeds and angles as they are."""
         registers = self.data.registers
         values: dict[str, float | None] = {}
         inches = self.modal.inches if prepared.inches is None else prepared.inches

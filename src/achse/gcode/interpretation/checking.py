@@ -59,7 +59,7 @@ def check_program(
     positions: PathPoint = (0.0, 0.0, 0.0),
     blocks: int = MAX_BLOCKS,
 ) -> ProgramReport:
-    """All errors of the lines, then the one at which a run stops; in the order of lines."""
+    """Return all errors of the lines, then the one at which a run stops; in the order of lines."""
     data = MachineData() if data is None else data
     report = dry_run(program, data, positions=positions, blocks=blocks)
     known = {(error.program, error.line, error.message) for error in report.errors}

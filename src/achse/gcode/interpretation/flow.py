@@ -158,7 +158,7 @@ class Flow:
         return self._finite(self.registers[int(number)], operand)
 
     def register(self, operand: AtOperand) -> int:
-        """The number of the parameter that an R or P operand means."""
+        """Return the number of the parameter that an R or P operand means."""
         if operand.letter == "K":
             raise self._operand(operand, "expected an R parameter")
         if operand.letter == "P":

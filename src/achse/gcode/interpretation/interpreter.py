@@ -120,7 +120,8 @@ class Interpreter:
     # running
 
     def advance(self, blocks: int = BLOCKS_PER_CALL) -> Canonical | None:
-        """The next command; None if there is none now, see `state`. Raises `GcodeError` once.
+        """Return the next command; None if there is none now, see `state`. Raises `GcodeError`
+        once.
 
         Commands of blocks before the wrong one come first. At most `blocks` blocks run.
         """
@@ -135,8 +136,8 @@ class Interpreter:
         return self._ready.popleft()
 
     def lines(self, most: int) -> LineRun | None:
-        """The next lines with nothing but X, Y, Z at once, `most` of them; None where `advance` has
-        to go on. The same moves come out, in less time."""
+        """Return the next lines with nothing but X, Y, Z at once, `most` of them; None where
+        `advance` has to go on. The same moves come out, in less time."""
         running = self.state is RunState.RUNNING and not self._ready and self._search is None
         if (
             not running
@@ -156,7 +157,7 @@ class Interpreter:
         return run
 
     def __iter__(self) -> Iterator[Canonical]:
-        """All commands until it waits, ends or fails. An endless program never ends."""
+        """Yield all commands until it waits, ends or fails. An endless program never ends."""
         while True:
             command = self.advance()
             if command is not None:

@@ -49,7 +49,7 @@ class LineRun:
         return Origin(program.name, line + 1, program.starts[line], word, self.counter + number)
 
     def moves(self) -> Iterator[LineMove]:
-        """The same as single commands."""
+        """Yield the same as single commands."""
         start, velocity = self.start, self.velocity
         for number, end in enumerate(self.ends):
             yield LineMove(self.origin(number), start, end, self.auxiliary, velocity, velocity)
@@ -59,8 +59,9 @@ class LineRun:
 def read_points(
     lines: Sequence[str], begin: Sequence[float], incremental: bool, limit: float
 ) -> list[PathPoint]:
-    """The programmed points of the first lines that have nothing but numbers for X, Y and Z in this
-    order, a block number before them at most. It ends before a point beyond the limit, mm."""
+    """Return the programmed points of the first lines that have nothing but numbers for X, Y and Z
+    in this order, a block number before them at most. It ends before a point beyond the limit,
+    mm."""
     points: list[PathPoint] = []
     add = points.append
     x, y, z = begin

@@ -119,14 +119,14 @@ class PathMaker:
         self.work = self.frame.to_work(self.axes)
 
     def other(self, command: Canonical) -> Iterator[Canonical]:
-        """A command other than a move, in its place among the delayed moves."""
+        """Yield a command other than a move, in its place among the delayed moves."""
         if self.compensation is None:
             yield command
         else:
             yield from self._emit(self.compensation.other(command))
 
     def move(self, origin: Origin, words: MotionWords, velocity: float) -> Iterator[Canonical]:
-        """The move of a block, or what becomes final by it. `velocity` in mm/s."""
+        """Yield the move of a block, or what becomes final by it. `velocity` in mm/s."""
         modal = self.modal
         values = words.values
         arc = modal.motion >= 2 or words.in_space
@@ -175,7 +175,8 @@ class PathMaker:
     def bare_line(
         self, origin: Origin, values: Mapping[str, object], velocity: float
     ) -> LineMove | None:
-        """The move of a line with numbers for X, Y, Z only; None if it has to go the long way.
+        """Return the move of a line with numbers for X, Y, Z only; None if it has to go the long
+        way.
 
         The same as `move`, for the state in which long programs are nearly all the time.
         """
@@ -218,8 +219,8 @@ class PathMaker:
     def bare_lines(
         self, program: PartProgram, line: int, most: int, velocity: float
     ) -> LineRun | None:
-        """The lines of a program from one on that `bare_line` would make the same moves of, as far
-        as they are alike; None if there are none."""
+        """Return the lines of a program from one on that `bare_line` would make the same moves of,
+        as far as they are alike; None if there are none."""
         modal, frame = self.modal, self.frame
         line_motion = modal.motion == 1 and not (modal.exact_stop or modal.linear_feed)
         if (
@@ -343,7 +344,7 @@ class PathMaker:
             yield self._moving(item) if isinstance(item, ContourElement) else item
 
     def _moving(self, element: ContourElement) -> Moving:
-        """The move of the axes."""
+        """Return the move of the axes."""
         frame, facts = self.frame, element.facts
         start, self.axes = self.axes, frame.to_axes(element.end)
         velocity, start_velocity = facts.velocity, facts.start_velocity

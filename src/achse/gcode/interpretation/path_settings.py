@@ -17,7 +17,8 @@ def refused_call(call: HashCall, message: str) -> WordRefused:
 
 
 def path_setting(call: HashCall, registers: Registers, origin: Origin) -> PathSetting:
-    """The setting of `#set name(…)#` or `#skip VirtualMovements(n)#`, its values in range."""
+    """Return the setting of `#set name(…)#` or `#skip VirtualMovements(n)#`, its values in
+    range."""
     values = tuple(each.evaluate(registers) for each in call.arguments)
     if call.verb == "SKIP":
         if call.name != "VIRTUALMOVEMENTS" or len(values) != 1 or values[0] < 0.0:
@@ -34,7 +35,8 @@ def path_setting(call: HashCall, registers: Registers, origin: Origin) -> PathSe
 
 
 def position_registers(call: HashCall, registers: Registers) -> tuple[int, ...]:
-    """The R parameters of `#get PathAxesPos(R1;R2;R3)#`, which take positions of X, Y and Z."""
+    """Return the R parameters of `#get PathAxesPos(R1;R2;R3)#`, which take positions of X, Y and
+    Z."""
     numbers = []
     for each in call.arguments:
         term = each.first

@@ -78,7 +78,8 @@ _NOTHING = Preparation()
 
 
 def prepare(block: ProgramBlock) -> Preparation:
-    """The words of a block. Refused: two of one group, and company for words that are alone."""
+    """Return the words of a block. Refused: two of one group, and company for words that are
+    alone."""
     words = block.words
     if not words:
         return _NOTHING

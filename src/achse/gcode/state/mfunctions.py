@@ -80,7 +80,7 @@ MRules = Mapping[int, MRule]
 def placed(
     numbers: list[int], rules: MRules, origin: Origin
 ) -> tuple[list[Canonical], list[Canonical]]:
-    """The M functions of a block: those before its move, and those behind it.
+    """Return the M functions of a block: those before its move, and those behind it.
 
     Two handshakes in one block are refused. M17 has no rule: it only ends a subroutine.
     """

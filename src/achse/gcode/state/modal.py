@@ -94,7 +94,7 @@ class ModalState:
         return (x, y, z)
 
     def words(self, skip_mask: int = 0) -> tuple[int, ...]:
-        """The 18 words of channel state 0x13, one for each modal group.
+        """Return the 18 words of channel state 0x13, one for each modal group.
 
         The order is not printed; ours: motion, plane, cutter, zero shift, exact stop, unit,
         absolute or incremental, feed mode (0 CFC, 1 CFIN, 2 CFTCP), FLIN, CDON, CPCON, mirrored
@@ -126,5 +126,5 @@ class ModalState:
 
 
 def _word(value: float) -> int:
-    """A number as an unsigned word; what does not fit shows its low bits."""
+    """Return a number as an unsigned word; what does not fit shows its low bits."""
     return int(value) & 0xFFFFFFFF

@@ -73,7 +73,8 @@ class ZeroShifts:
         self[ZeroShift.G58 if number == 58 else ZeroShift.G59, axis] = value
 
     def text(self) -> str:
-        """The file: one line for each row, `G54F x y z`. The vendor's form is not published."""
+        """Return the file: one line for each row, `G54F x y z`. The vendor's form is not
+        published."""
         return "".join(
             f"{_NAMES[row]} " + " ".join(repr(value) for value in values) + "\n"
             for row, values in self._values.items()

@@ -50,7 +50,7 @@ class Registers:
         )
 
     def pointed(self, number: int) -> int:
-        """The number that R<number> holds: P<number> means that parameter."""
+        """Return the number that R<number> holds: P<number> means that parameter."""
         value = self[number]
         if not 0.0 <= value < REGISTERS or value != int(value):
             raise WordRefused(

@@ -94,7 +94,7 @@ class ToolTable:
         self.changes += 1
 
     def __getitem__(self, place: int) -> ToolEntry:
-        """The tool of D1..D255; it is there from the first touch."""
+        """Return the tool of D1..D255; it is there from the first touch."""
         if not 1 <= place <= TOOL_PLACES:
             raise KeyError(place)
         tool = self._tools.get(place)
@@ -112,7 +112,7 @@ class ToolTable:
         self.changes += 1
 
     def text(self) -> str:
-        """The file."""
+        """Return the file."""
         return "".join(
             f"D{place} " + " ".join(repr(value) for value in tool.values) + "\n"
             for place, tool in sorted(self._tools.items())

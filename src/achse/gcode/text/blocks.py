@@ -97,7 +97,7 @@ _AXES = frozenset("XYZ")
 
 
 def parse_block(line: str, original: str = "") -> ProgramBlock:
-    """The block of one line in upper case; `original` holds messages as they were written.
+    """Return the block of one line in upper case; `original` holds messages as they were written.
 
     Raises `WordRefused` with the word; its place in the line is `column_of(line, word)`.
     """
@@ -111,7 +111,7 @@ def parse_block(line: str, original: str = "") -> ProgramBlock:
 
 
 def _plain_block(line: str) -> ProgramBlock | None:
-    """The block of letters with numbers; None if a word needs a closer look."""
+    """Return the block of letters with numbers; None if a word needs a closer look."""
     block = ProgramBlock()
     values = block.values
     for letter, number in _CUT.findall(line):
@@ -149,7 +149,7 @@ def _plain_block(line: str) -> ProgramBlock | None:
 
 
 def _as_meant(text: str) -> str:
-    """A message of a file in UTF-8; others are Latin-1."""
+    """Return a message of a file in UTF-8; others are Latin-1."""
     try:
         return text.encode("latin-1").decode("utf-8")
     except UnicodeError:
@@ -379,7 +379,7 @@ class _WordByWord:
             raise self._refuse("expected a value", self._letters(match.start()))
 
     def _letters(self, at: int) -> str:
-        """The unknown word as it is written: letters and what is directly behind them."""
+        """Return the unknown word as it is written: letters and what is directly behind them."""
         match = re.compile(r"[A-Z]+[-+\d.]*").match(self.line, at)
         return match[0] if match is not None else self.line[at]
 

@@ -57,7 +57,7 @@ class FormulaTerm:
     """Name of the function."""
 
     def evaluate(self, registers: Registers) -> float:
-        """Its value now."""
+        """Return its value now."""
         value = self.value
         if isinstance(value, Arithmetical):
             try:
@@ -91,8 +91,8 @@ class Arithmetical:
         return first.sign * first.value
 
     def evaluate(self, registers: Registers) -> float:
-        """Its value now. A division by 0 is refused with 0x4120, NaN and infinite values with
-        0x4122."""
+        """Return its value now. A division by 0 is refused with 0x4120, NaN and infinite values
+        with 0x4122."""
         value = self.first.evaluate(registers)
         for operator, term in self.rest:
             operand = term.evaluate(registers)
@@ -126,7 +126,7 @@ _CLOSING = {"(": ")", "[": "]"}
 
 
 def parse_formula(text: str, at: int, nesting: int = 0) -> tuple[Arithmetical, int]:
-    """The formula that begins at `at` in upper-case text, and where it ends."""
+    """Return the formula that begins at `at` in upper-case text, and where it ends."""
     first, at = _term(text, at, nesting)
     rest = []
     while match := _OPERATOR.match(text, at):

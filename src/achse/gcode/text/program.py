@@ -88,9 +88,8 @@ class PartProgram:
 
     @classmethod
     def load(cls, path: Path) -> "PartProgram":
-        """The program in a file. Raises GcodeError 0x4110 for a file that cannot be read, 0x4111
-        for one in UTF-16 or UTF-32.
-        """
+        """Return the program in a file. Raises GcodeError 0x4110 for a file that cannot be read,
+        0x4111 for one in UTF-16 or UTF-32."""
         try:
             data = path.read_bytes()
         except OSError as fault:
@@ -108,7 +107,8 @@ class PartProgram:
         return len(self.lines)
 
     def block(self, line: int) -> ProgramBlock:
-        """The block of a line, counted from 0. Raises `GcodeError` with line, column and word."""
+        """Return the block of a line, counted from 0. Raises `GcodeError` with line, column and
+        word."""
         block = self._blocks.get(line)
         if block is None:
             text = self.lines[line]
@@ -135,7 +135,7 @@ class PartProgram:
         return self.labels.get(int(number)) == line
 
     def original(self, line: int) -> str:
-        """The text of a line as it was written."""
+        """Return the text of a line as it was written."""
         start = self.starts[line]
         return self.text[start : start + len(self.lines[line])]
 
@@ -182,14 +182,14 @@ class PartProgram:
         return first
 
     def line_of(self, index: int) -> int:
-        """The line, from 0, that the text index is in."""
+        """Return the line, from 0, that the text index is in."""
         line = bisect_left(self.starts, index)
         if line < len(self.starts) and self.starts[line] == index:
             return line
         return max(line - 1, 0)
 
     def find_block(self, number: int, after: int, direction: str) -> int | None:
-        """The line with this block number: "+" behind `after`, "-" before it, nearest first.
+        """Return the line with this block number: "+" behind `after`, "-" before it, nearest first.
 
         A line may jump to itself backwards. Lines in comments do not count.
         """
@@ -238,7 +238,8 @@ class PartProgram:
         return self._labels
 
     def begin(self, number: int) -> int:
-        """The first line of this file as subroutine `number`: behind its `L<n>`, if it has one."""
+        """Return the first line of this file as subroutine `number`: behind its `L<n>`, if it has
+        one."""
         for at, line in enumerate(self.lines):
             if _NOTHING.fullmatch(line) or line.lstrip().startswith("%"):
                 continue

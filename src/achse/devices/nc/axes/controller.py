@@ -97,7 +97,7 @@ def _uncompensated(controller: AxisController) -> float:
 
 
 def _kv(controller: AxisController) -> float:
-    """The gain in force; only the PP controller changes it with the velocity."""
+    """Return the gain in force; only the PP controller changes it with the velocity."""
     if controller.type == ControllerType.PP_POSITION:
         return controller.position_kv_interpolated
     return controller.position_kv
@@ -113,7 +113,7 @@ _VELOCITY_TYPES = (ControllerType.P_VELOCITY, ControllerType.PI_VELOCITY)
 def _velocity_or(
     other: Callable[[AxisController], float], part: str
 ) -> Callable[[AxisController], float]:
-    """A part of the velocity controller, or `other` on axes without one.
+    """Return a part of the velocity controller, or `other` on axes without one.
 
     At 0x201 … 0x203 two rows share an offset: which one answers follows from the controller type.
     """

@@ -91,7 +91,7 @@ _EXTERNAL_SET_POINT = bound(
 
 
 def _rapid(axis: Axis) -> int:
-    """A two-speed axis at its fast speed."""
+    """Return a two-speed axis at its fast speed."""
     return int(
         axis.drive.control_byte & 0b1001 != 0 and axis.axis_type == AxisType.DISCRETE_RAPID_CREEP
     )

@@ -47,7 +47,7 @@ _WIDE = 0xFFFF_FFFF_FFFF_FFFF
 
 
 def _signed(count: int) -> int:
-    """The lower double word of a count, with its sign."""
+    """Return the lower double word of a count, with its sign."""
     return ((count & _FULL) ^ _UPPER) - _UPPER
 
 
@@ -123,7 +123,7 @@ class _DriveInput:
 
 
 def _drive_output(drive: AxisDrive) -> bytes:
-    """The whole structure: what clients wrote, and above it what the NC writes.
+    """Return the whole structure: what clients wrote, and above it what the NC writes.
 
     While the output is switched off (0x60) the NC writes nothing: registers of a terminal are read
     and written meanwhile (004 §3.3).
@@ -160,7 +160,7 @@ def _encoder_output(encoder: AxisEncoder) -> bytes:
 
 
 def _encoder_output_long(encoder: AxisEncoder) -> bytes:
-    """The same with the controls of the 64-bit structure, two touch probes in each."""
+    """Return the same with the controls of the 64-bit structure, two touch probes in each."""
     image = _encoder_image(encoder)
     if encoder.armed:
         io = encoder.io

@@ -33,7 +33,7 @@ def _hardware(axis: Axis) -> tuple[Any, ...]:
 
 
 def _hardware_extended(axis: Axis) -> tuple[Any, ...]:
-    """The same with ids, indices and types; there are no object ids."""
+    """Return the same with ids, indices and types; there are no object ids."""
     n = axis.active_control_loop
     encoder = axis.encoder_ids[min(n, len(axis.encoder_ids) - 1)]
     drive = axis.drive_ids[min(n, len(axis.drive_ids) - 1)]
@@ -43,7 +43,7 @@ def _hardware_extended(axis: Axis) -> tuple[Any, ...]:
 
 
 def _optional(row: NcRow, error: int, least: float) -> Service:
-    """A parameter that is 0, not given, or at least `least`."""
+    """Return a parameter that is 0, not given, or at least `least`."""
 
     def write(axis: Axis, value: float) -> None:
         if 0.0 < value < least:

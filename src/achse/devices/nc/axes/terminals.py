@@ -71,7 +71,7 @@ def _kind(axis: Axis) -> tuple[int, bool] | None:
 
 
 def terminal_of(axis: Axis) -> RegisterTerminal | None:
-    """The terminal by the kinds of drive and encoder; None if these name none."""
+    """Return the terminal by the kinds of drive and encoder; None if these name none."""
     kind = _kind(axis)
     if kind is None:
         return None
@@ -92,7 +92,7 @@ def note_output(part: AxisPart) -> None:
 
 
 def shown_input(part: AxisPart, data: bytes) -> bytes:
-    """The input structure of this part, with what its terminal shows of a register."""
+    """Return the input structure of this part, with what its terminal shows of a register."""
     axis = part.owner
     terminal = terminal_of(axis) if axis.drive_output_disabled else None
     if terminal is None or not terminal.status:

@@ -39,7 +39,7 @@ OF_INTERPRETERS = (*PROGRAM_PARAMETERS, *PROGRAM_STATES, *PROGRAM_FUNCTIONS, *PR
 
 
 def channel_groups(nc: Nc) -> list[IndexGroup]:
-    """The index groups of channels; an id that no channel has is 0x4010."""
+    """Return the index groups of channels; an id that no channel has is 0x4010."""
 
     def find(id: int) -> NcChannel:
         try:

@@ -15,7 +15,7 @@ from achse.server import Service
 
 
 def of_interpreter(channel: NcChannel) -> ProgramChannel:
-    """The channel, if it has an interpreter; raises DeviceError 0x703 for others."""
+    """Return the channel, if it has an interpreter; raises DeviceError 0x703 for others."""
     if not isinstance(channel, ProgramChannel):
         raise DeviceError(ReturnCode.INVALID_OFFSET, f"channel {channel.channel_id} runs nothing")
     return channel
@@ -26,7 +26,7 @@ def only_interpreters(channel: NcChannel) -> None:
 
 
 def show_program(row: NcRow, read: Callable[[ProgramChannel], Any]) -> Service:
-    """The service that shows a value of a channel with an interpreter."""
+    """Return the service that shows a value of a channel with an interpreter."""
     return bound(row, read=lambda channel: read(of_interpreter(channel)))
 
 
@@ -37,7 +37,7 @@ def program_value(
     *,
     choices: type[IntEnum] | None = None,
 ) -> Service:
-    """The service of an attribute (`data.inch`) of a channel with an interpreter."""
+    """Return the service of an attribute (`data.inch`) of a channel with an interpreter."""
     *owners, field = path.split(".")
 
     def owner(channel: NcChannel) -> Any:
@@ -57,7 +57,8 @@ def program_value(
 
 
 def channel_function(row: NcRow, call: Callable[..., int]) -> Service:
-    """The service that is written with the arguments of `call`, a function of the interpreter."""
+    """Return the service that is written with the arguments of `call`, a function of the
+    interpreter."""
 
     def write(channel: NcChannel, data: Any) -> None:
         target = of_interpreter(channel)

@@ -102,7 +102,7 @@ def _number(channel: ProgramChannel) -> int:
 
 
 def _offsets(row: NcRow, field: str) -> Service:
-    """Up to four group states that the cyclic interface shows."""
+    """Return up to four group states that the cyclic interface shows."""
 
     def write(channel: NcChannel, values: tuple[int, ...]) -> None:
         if len(values) != 4:

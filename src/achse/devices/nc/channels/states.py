@@ -25,7 +25,8 @@ def _line(channel: NcChannel, index: int) -> str:
 
 
 def _program_info(channel: ProgramChannel) -> tuple[int, int, bytes]:
-    """The block that the path is on; where it is, one at fault; else that of the interpreter."""
+    """Return the block that the path is on; where it is, one at fault; else that of the
+    interpreter."""
     if channel.state in (InterpreterState.ABORTING, InterpreterState.ABORTED):
         source, index = _FROM_ERROR, channel.text_index
     elif channel.feeder is not None and channel.feeder.origin is not None:

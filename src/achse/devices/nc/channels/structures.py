@@ -33,7 +33,7 @@ _BY_OFFSET = {row.offset: row for row in GROUP_STATES}
 
 
 def _of_group(group: AxisGroup | None, offset: int) -> float:
-    """A state of the channel's group by its offset, 0 for none."""
+    """Return a state of the channel's group by its offset, 0 for none."""
     row = _BY_OFFSET.get(offset)
     if row is None or group is None:
         return 0

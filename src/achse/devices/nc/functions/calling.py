@@ -25,7 +25,7 @@ def numbered(axis: Axis, code: int) -> tuple[int, int]:
 
 
 def function(row: NcRow, call: Callable[..., int]) -> Service:
-    """The service that is written with the arguments of `call`, an axis command."""
+    """Return the service that is written with the arguments of `call`, an axis command."""
 
     def write(axis: Axis, data: Any) -> None:
         carry_out(call(axis, *data) if isinstance(data, tuple) else call(axis, data))

@@ -121,7 +121,8 @@ _FARTHEST = 1e12
 
 
 def _layer(axis: Axis, table_id: int) -> tuple[int, CamFields, Table]:
-    """A cam at work: 0x425C at an axis that follows none, 0x4261 for a table that it does not."""
+    """Return a cam at work: 0x425C at an axis that follows none, 0x4261 for a table that it does
+    not."""
     if axis.coupling.law not in CAM_COUPLINGS:
         raise DeviceError(NcError.SLAVE_TYPE.number, "the axis follows no table")
     for number, layer in enumerate(axis.cams[: axis.camming.count]):

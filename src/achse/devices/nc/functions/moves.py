@@ -29,7 +29,8 @@ def _with_defaults(call: Callable[..., int]) -> Callable[..., int]:
 
 
 def _universal_start(axis: Axis, arguments: Any) -> tuple[int, int]:
-    """The command's number and state; the control mask, whose bits no manual prints, is unused.
+    """Return the command's number and state; the control mask, whose bits no manual prints, is
+    unused.
 
     So a blending position of 0 is one that is not given, as the other optional values.
     """

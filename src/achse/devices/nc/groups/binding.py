@@ -19,7 +19,7 @@ AnyGroup = AxisGroup | PtpGroup
 
 
 def group_of(axis: Axis) -> AnyGroup:
-    """The group that the axis belongs to now."""
+    """Return the group that the axis belongs to now."""
     return PtpGroup(axis) if axis.group is None else axis.group
 
 
@@ -34,7 +34,7 @@ class GroupFinder:
         return sorted([*self._single, *(group.group_id for group in self._nc.groups)])
 
     def find(self, group_id: int) -> AnyGroup:
-        """The group with this id. Raises DeviceError 0x4011."""
+        """Return the group with this id. Raises DeviceError 0x4011."""
         group = self._single.get(group_id)
         if group is not None:
             return group
@@ -61,14 +61,14 @@ def show(
     *kinds: type,
     codec: Codec | tuple[Codec, ...] | None = None,
 ) -> Service:
-    """The service that shows a value, of groups of these kinds alone if there are any."""
+    """Return the service that shows a value, of groups of these kinds alone if there are any."""
     return bound(row, codec=codec, read=_checked(kinds, read) if kinds else read)
 
 
 def set_value(
     row: NcRow, error: NcError, field: str, *kinds: type, choices: type[IntEnum] | None = None
 ) -> Service:
-    """The service that shows and sets an attribute of groups of these kinds."""
+    """Return the service that shows and sets an attribute of groups of these kinds."""
 
     def read(group: AnyGroup) -> Any:
         return getattr(group, field)
@@ -92,7 +92,7 @@ def set_value(
 
 
 def group_function(row: NcRow, call: Callable[..., int], *kinds: type) -> Service:
-    """The service that is written with the arguments of `call`, a function of groups."""
+    """Return the service that is written with the arguments of `call`, a function of groups."""
 
     def write(group: AnyGroup, data: Any) -> None:
         carry_out(call(group, *data) if isinstance(data, tuple) else call(group, data))

@@ -37,7 +37,7 @@ def _group(rows: Mapping[str, NcRow]) -> tuple[Service, ...]:
 
 
 def _of_axis(service: Service) -> Service:
-    """The service about the group that an axis belongs to now."""
+    """Return the service about the group that an axis belongs to now."""
     get = service.get
     return replace(service, read=lambda axis: get(group_of(axis)))
 
@@ -75,7 +75,7 @@ def _motion_state(group: AnyGroup) -> int:
 
 
 def _of_single(group: AnyGroup, field: str) -> int:
-    """A state of the axis of a PTP group; groups of several axes have none."""
+    """Return a state of the axis of a PTP group; groups of several axes have none."""
     value: int = getattr(group.axis, field) if isinstance(group, PtpGroup) else 0
     return value
 

@@ -31,7 +31,7 @@ def _transformation(
 
 
 def _assign(group: KinematicGroup, *ids: int) -> int:
-    """The first reserved word: 1 lets the axes lead the places (our choice)."""
+    """Return the first reserved word: 1 lets the axes lead the places (our choice)."""
     mcs, acs = ids[:COORDINATES], ids[COORDINATES : 2 * COORDINATES]
     return group.assign_both(mcs, acs, by_axes=ids[2 * COORDINATES] == 1)
 

@@ -68,7 +68,7 @@ PATH_PARAMETERS = (
 
 
 def _path(row: NcRow, field: str) -> Service:
-    """A value of the path that the group shows."""
+    """Return a value of the path that the group shows."""
 
     def read(group: PathGroup) -> float:
         return float(getattr(group.view, field))

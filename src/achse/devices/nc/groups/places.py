@@ -17,7 +17,7 @@ _PTP_OR_PATH = (PtpGroup, PathGroup)
 
 
 def _assign_all(group: AxisGroup, *ids: int) -> int:
-    """All places, no more and no less (000, 002 say UINT32[m])."""
+    """Return all places, no more and no less (000, 002 say UINT32[m])."""
     if len(ids) != len(group.places):
         return NcError.GROUP_MASTER_INDEX
     return group.assign(ids)

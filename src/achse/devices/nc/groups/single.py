@@ -27,14 +27,14 @@ _OF_AXES = {service.name: service for service in AXIS_FUNCTIONS if service.write
 
 
 def _axis_of(group: AnyGroup) -> Axis:
-    """The axis of a group of one; raises DeviceError 0x703 for others."""
+    """Return the axis of a group of one; raises DeviceError 0x703 for others."""
     if not isinstance(group, PtpGroup):
         raise DeviceError(ReturnCode.INVALID_OFFSET, "a function of groups of one axis")
     return group.axis
 
 
 def _encoder_of(group: AnyGroup) -> Axis:
-    """The axis of an encoder group; raises DeviceError 0x703 for others."""
+    """Return the axis of an encoder group; raises DeviceError 0x703 for others."""
     axis = _axis_of(group)
     if axis.axis_type != AxisType.ENCODER:
         raise DeviceError(ReturnCode.INVALID_OFFSET, "a parameter of encoder groups alone")
@@ -42,7 +42,7 @@ def _encoder_of(group: AnyGroup) -> Axis:
 
 
 def _two_speed(group: AnyGroup) -> Axis:
-    """The axis of a rapid/creep group; raises DeviceError 0x703 for others."""
+    """Return the axis of a rapid/creep group; raises DeviceError 0x703 for others."""
     axis = _axis_of(group)
     if axis.axis_type != AxisType.DISCRETE_RAPID_CREEP:
         raise DeviceError(ReturnCode.INVALID_OFFSET, "a function of rapid/creep axes alone")
@@ -50,7 +50,7 @@ def _two_speed(group: AnyGroup) -> Axis:
 
 
 def _of_group(row: NcRow, axis_of: Callable[[AnyGroup], Axis]) -> Service:
-    """An axis function as one of its group."""
+    """Return an axis function as one of its group."""
     service = _OF_AXES[row.name]
     write, element = service.write, service.element
     assert write is not None
@@ -83,7 +83,8 @@ def _encoder_parameter(row: NcRow, field: str, error: NcError) -> Service:
 
 
 def _only(row: NcRow, field: str, error: NcError) -> Service:
-    """A parameter that does something to paths alone; other groups keep to its first value."""
+    """Return a parameter that does something to paths alone; other groups keep to its first
+    value."""
 
     def write(group: AnyGroup, value: int) -> None:
         if isinstance(group, PathGroup):

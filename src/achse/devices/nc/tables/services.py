@@ -69,7 +69,7 @@ def _of_numbers(place: TablePlace) -> Table:
 
 
 def _read_value(place: TablePlace) -> tuple[int, int, float]:
-    """The number that was written last, as it is now: a read names none."""
+    """Return the number that was written last, as it is now: a read names none."""
     table = _of_numbers(place)
     row, column = divmod(table.last_written, table.column_count)
     return row, column, table.values[table.last_written]
@@ -223,7 +223,8 @@ def _scale(place: TablePlace, scaling: tuple[float, ...]) -> None:
 
 
 def _search(place: TablePlace, request: Any) -> tuple[float, ...]:
-    """Both solutions of a slave position around a master position, through offsets and scalings."""
+    """Return both solutions of a slave position around a master position, through offsets and
+    scalings."""
     if request.master_scaling == 0.0 or request.slave_scaling == 0.0:
         raise DeviceError(NcError.TABLE_SCALING.number, "scalings, expected other than 0")
     table = place.table
@@ -308,7 +309,7 @@ TABLE_GROUPS = (
 
 
 def table_groups(nc: Nc) -> Iterator[IndexGroup]:
-    """The groups of an NC's tables; an id without table is answered 0x4016."""
+    """Yield the groups of an NC's tables; an id without table is answered 0x4016."""
 
     def place(table_id: int) -> TablePlace:
         return TablePlace(nc.tables, table_id)
