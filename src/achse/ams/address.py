@@ -68,7 +68,7 @@ class AmsAddress(bytes):
 
     @classmethod
     def of(cls, net_id: bytes, port: int) -> Self:
-        """The address of `port` (0..65535) at `net_id`."""
+        """Return the address of `port` (0..65535) at `net_id`."""
         if not 0 <= port <= 0xFFFF:
             raise ValueError(f"an AMS port is 0..65535, got {port}")
         return cls(bytes(net_id) + _PORT.pack(port))

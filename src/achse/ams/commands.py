@@ -298,7 +298,7 @@ _RESPONSES: dict[int, type[Response]] = {
 
 
 def decode_request(frame: Frame) -> Request:
-    """The request in `frame`; raises `DecodeError` for an unknown command or wrong sizes."""
+    """Return the request in `frame`; raises `DecodeError` for an unknown command or wrong sizes."""
     kind = _REQUESTS.get(frame.command)
     if kind is None:
         raise DecodeError(f"ADS command {frame.command} is not one of 1..9")
@@ -306,7 +306,7 @@ def decode_request(frame: Frame) -> Request:
 
 
 def decode_response(frame: Frame) -> Response:
-    """The response in `frame`; raises `DecodeError` for an unknown command or wrong sizes.
+    """Return the response in `frame`; raises `DecodeError` for an unknown command or wrong sizes.
 
     An error of just four bytes is taken as well: some TwinCAT 2 devices answer so.
     """

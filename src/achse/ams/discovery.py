@@ -74,7 +74,7 @@ class DiscoveryPacket(NamedTuple):
     invoke_id: int = 0
 
     def encode(self) -> bytes:
-        """The bytes of the datagram. Raises ValueError for a tag beyond 65535 bytes."""
+        """Return the bytes of the datagram. Raises ValueError for a tag beyond 65535 bytes."""
         service = self.service | (_ANSWER if self.answer else 0)
         parts = [_HEADER.pack(COOKIE, self.invoke_id, service, self.source, len(self.tags))]
         for number, data in self.tags:
@@ -85,7 +85,8 @@ class DiscoveryPacket(NamedTuple):
 
     @classmethod
     def decode(cls, data: bytes) -> "DiscoveryPacket":
-        """A datagram from its bytes; raises DecodeError. Bytes behind the last tag are ignored."""
+        """Return a datagram from its bytes; raises DecodeError. Bytes behind the last tag are
+        ignored."""
         if len(data) < _HEADER.size:
             raise DecodeError(f"a datagram has {_HEADER.size} bytes or more, got {len(data)}")
         cookie, invoke_id, service, source, count = _HEADER.unpack_from(data)
@@ -107,7 +108,7 @@ class DiscoveryPacket(NamedTuple):
         return cls(service & ~_ANSWER, AmsAddress(source), tags, service >= _ANSWER, invoke_id)
 
     def tag(self, number: int) -> bytes | None:
-        """The data of the first tag `number`, None without one."""
+        """Return the data of the first tag `number`, None without one."""
         return next((data for tag, data in self.tags if tag == number), None)
 
     def text(self, number: int) -> str:
@@ -120,7 +121,7 @@ class DiscoveryPacket(NamedTuple):
         return None if data is None or len(data) != 4 else int(_U32.unpack(data)[0])
 
     def net_id(self) -> NetId | None:
-        """The NetId among the tags; None without a proper one."""
+        """Return the NetId among the tags; None without a proper one."""
         data = self.tag(Tag.NET_ID)
         return None if data is None or len(data) != 6 else NetId(data)
 
@@ -134,12 +135,12 @@ def _as_text(text: str) -> bytes:
 
 
 def info_request(source: NetId) -> DiscoveryPacket:
-    """The search: each router that hears it answers with its identity."""
+    """Return the search: each router that hears it answers with its identity."""
     return DiscoveryPacket(DiscoveryService.INFO, AmsAddress.of(source, SYSTEM_PORT))
 
 
 def answer_with(request: DiscoveryPacket, net_id: NetId, status: int) -> DiscoveryPacket:
-    """The answer to adding or deleting a route: 32 bytes with an ADS return code."""
+    """Return the answer to adding or deleting a route: 32 bytes with an ADS return code."""
     return DiscoveryPacket(
         request.service,
         AmsAddress.of(net_id, SYSTEM_PORT),
@@ -150,7 +151,7 @@ def answer_with(request: DiscoveryPacket, net_id: NetId, status: int) -> Discove
 
 
 def status_of(answer: DiscoveryPacket) -> int:
-    """The ADS return code in an answer; raises DecodeError without one."""
+    """Return the ADS return code in an answer; raises DecodeError without one."""
     status = answer.number(Tag.STATUS)
     if status is None:
         raise DecodeError("the answer has no status tag")
@@ -178,7 +179,7 @@ class RouterInfo(NamedTuple):
     """SHA-256 of the certificate, 64 hex characters; empty without one."""
 
     def encode(self, request: DiscoveryPacket) -> DiscoveryPacket:
-        """The answer to `request`; tags in the order that real targets have."""
+        """Return the answer to `request`; tags in the order that real targets have."""
         os = self.os_version
         text = os.text.encode("utf-16-le")[:254]
         tags = (
@@ -226,7 +227,7 @@ class RouteRequest(NamedTuple):
     def encode(
         self, source: NetId, service: DiscoveryService = DiscoveryService.ADD_ROUTE
     ) -> DiscoveryPacket:
-        """The request as the C++ library orders its tags."""
+        """Return the request as the C++ library orders its tags."""
         tags: Iterable[tuple[int, bytes | None]] = (
             (Tag.ROUTE_NAME, _as_text(self.name)),
             (Tag.NET_ID, self.net_id),

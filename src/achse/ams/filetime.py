@@ -26,7 +26,7 @@ def to_datetime(filetime: int) -> datetime:
 
 
 def from_datetime(moment: datetime) -> int:
-    """An aware datetime as FILETIME. A naive one raises ValueError."""
+    """Return an aware datetime as FILETIME. A naive one raises ValueError."""
     if moment.tzinfo is None:
         raise ValueError("a FILETIME needs a datetime with a time zone, got a naive one")
     return (moment - _EPOCH) // timedelta(microseconds=1) * 10

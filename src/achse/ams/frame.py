@@ -110,7 +110,7 @@ class Frame:
 
     @classmethod
     def decode(cls, packet: bytes) -> "Frame":
-        """A frame from a whole AMS packet (header and data, without the TCP header)."""
+        """Return a frame from a whole AMS packet (header and data, without the TCP header)."""
         if len(packet) < 32:
             raise DecodeError(f"an AMS packet has at least 32 bytes, got {len(packet)}")
         target, source, command, flags, length, error, invoke_id = AMS_HEADER.unpack_from(packet)
@@ -122,7 +122,7 @@ class Frame:
         return cls(target, source, command, flags, error, invoke_id, bytes(packet[32:]))
 
     def encode(self) -> bytes:
-        """The AMS packet: header and data."""
+        """Return the AMS packet: header and data."""
         data = self.data
         return (
             AMS_HEADER.pack(
@@ -138,7 +138,7 @@ class Frame:
         )
 
     def encode_tcp(self) -> bytes:
-        """The AMS packet behind its AMS/TCP header."""
+        """Return the AMS packet behind its AMS/TCP header."""
         data = self.data
         size = len(data)
         return (
@@ -170,7 +170,7 @@ class Frame:
         }
 
     def reply(self, data: bytes = b"", error: int = 0) -> "Frame":
-        """The response to this request: addresses swapped, invoke id and command kept.
+        """Return the response to this request: addresses swapped, invoke id and command kept.
 
         It leaves by the way the request came in.
         """

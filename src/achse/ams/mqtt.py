@@ -31,7 +31,7 @@ class RouterNote:
     tc_version: str = "3.1.4024.10"
 
     def encode(self) -> bytes:
-        """The XML, ASCII."""
+        """Return the XML, ASCII."""
         root = ET.Element("info")
         online = ET.SubElement(
             root,
@@ -117,7 +117,8 @@ class MqttTopics:
 
 
 def as_tcp_packet(message: bytes, max_length: int) -> bytes:
-    """The packet of AMS/TCP that a message is. Raises DecodeError for what is not a frame."""
+    """Return the packet of AMS/TCP that a message is. Raises DecodeError for what is not a
+    frame."""
     if not _HEADER <= len(message) <= max_length:
         raise DecodeError(f"a message has {_HEADER}..{max_length} bytes, got {len(message)}")
     announced = int.from_bytes(message[_LENGTH_AT : _LENGTH_AT + 4], "little")

@@ -74,7 +74,7 @@ class NotificationStream(NamedTuple):
 
 
 def encode_stream(stamps: Sequence[tuple[int, Sequence[tuple[int, bytes]]]]) -> bytes:
-    """The bytes of `stamps`, each `(filetime, [(handle, data), …])`."""
+    """Return the bytes of `stamps`, each `(filetime, [(handle, data), …])`."""
     parts: list[bytes] = []
     for filetime, samples in stamps:
         parts.append(_STAMP.pack(filetime, len(samples)))

@@ -90,7 +90,7 @@ class ConnectBlock:
     version: int = _VERSION
 
     def encode(self) -> bytes:
-        """The bytes. Raises ValueError for user and password that are too long."""
+        """Return the bytes. Raises ValueError for user and password that are too long."""
         user, password = (part.encode(_TEXT, "replace") for part in (self.user, self.password))
         size = BLOCK_SIZE + len(user) + len(password)
         if max(len(user), len(password)) > 0xFF or size > LONGEST_BLOCK:
@@ -107,7 +107,7 @@ class ConnectBlock:
 
     @classmethod
     def decode(cls, data: bytes) -> "ConnectBlock":
-        """The block that `data` is. Raises DecodeError."""
+        """Return the block that `data` is. Raises DecodeError."""
         if len(data) < BLOCK_SIZE:
             raise DecodeError(f"a connect block has at least {BLOCK_SIZE} bytes, got {len(data)}")
         size, flags, version, refusal, net_id, user, password, _, host = _BLOCK.unpack_from(data)
@@ -129,7 +129,7 @@ class ConnectBlock:
 
     @classmethod
     def take(cls, pending: bytearray) -> "ConnectBlock | None":
-        """The block at the head of a stream, taken out; None if it is not whole yet.
+        """Return the block at the head of a stream, taken out; None if it is not whole yet.
 
         Raises DecodeError, as soon as the length shows that it is none.
         """
@@ -184,7 +184,7 @@ class SecureFrames:
         return b"".join(out)
 
     def _length_at(self, position: int) -> int:
-        """Bytes of the frame that begins there. Raises DecodeError."""
+        """Return bytes of the frame that begins there. Raises DecodeError."""
         pending = self._pending
         size: int = _HEADER + _DATA_LENGTH.unpack_from(pending, position)[0]
         command, length = _TCP_HEADER.unpack_from(pending, position)
@@ -205,7 +205,7 @@ class TcpFrames:
         self._pending = bytearray()
 
     def receive(self, data: bytes) -> Iterator[bytes]:
-        """The frames that `data` completes."""
+        """Yield the frames that `data` completes."""
         pending = self._pending
         pending += data
         position = 0
@@ -221,12 +221,14 @@ class TcpFrames:
 
 
 def fingerprint_of(certificate: bytes) -> str:
-    """The fingerprint of a certificate (DER): 64 hex digits of its SHA-256, as users see it."""
+    """Return the fingerprint of a certificate (DER): 64 hex digits of its SHA-256, as users see
+    it."""
     return hashlib.sha256(certificate).hexdigest()
 
 
 def parse_fingerprint(text: str) -> str:
-    """A fingerprint as people write it, with `:` or blanks, in one form. Raises ValueError."""
+    """Return a fingerprint as people write it, with `:` or blanks, in one form. Raises
+    ValueError."""
     plain = re.sub(r"[:\s]", "", text).lower()
     if re.fullmatch("[0-9a-f]{64}", plain) is None:
         raise ValueError(f"a fingerprint is 64 hex digits of a SHA-256, got {text!r:.80}")
@@ -234,7 +236,8 @@ def parse_fingerprint(text: str) -> str:
 
 
 def pre_shared_key(identity: str, secret: str, *, case_sensitive: bool = False) -> bytes:
-    """The 32 bytes of a key: 64 hex digits as they are, a password by SHA-256 with its identity.
+    """Return the 32 bytes of a key: 64 hex digits as they are, a password by SHA-256 with its
+    identity.
 
     The identity counts in upper case unless `case_sensitive`.
     """

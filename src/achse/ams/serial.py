@@ -48,7 +48,8 @@ for _byte in range(256):
 
 
 def crc16(data: bytes | bytearray) -> int:
-    """The checksum of a frame: 0x8005 reflected, start 0xFFFF. It is sent high byte first."""
+    """Return the checksum of a frame: 0x8005 reflected, start 0xFFFF. It is sent high byte
+    first."""
     crc = 0xFFFF
     for byte in data:
         crc = crc >> 8 ^ _TABLE[(crc ^ byte) & 0xFF]
@@ -76,14 +77,14 @@ class SerialFrame(NamedTuple):
     receiver: int = 0
 
     def encode(self) -> bytes:
-        """The bytes of the frame, checksum included."""
+        """Return the bytes of the frame, checksum included."""
         head = bytes((self.sender, self.receiver, self.fragment, len(self.data)))
         body = self.kind.value + head + self.data
         return body + crc16(body).to_bytes(2, "big")
 
     @classmethod
     def decode(cls, packet: bytes | bytearray) -> "SerialFrame":
-        """The frame that begins at the first byte; raises DecodeError for what is none."""
+        """Return the frame that begins at the first byte; raises DecodeError for what is none."""
         kind = _KINDS.get(bytes(packet[:2]))
         if kind is None or len(packet) < _HEAD + _TAIL:
             raise DecodeError(f"a serial frame begins with 01 A5, 01 5A or 03 A5: {packet[:8]!r}")
@@ -170,7 +171,7 @@ class SerialEnd:
             self._acknowledged(self._waiting.fragment, now)
 
     def take(self, now: float) -> bytes:
-        """The bytes that are to be written now, once."""
+        """Return the bytes that are to be written now, once."""
         data = bytes(self._out)
         self._out.clear()
         return data

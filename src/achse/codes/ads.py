@@ -43,7 +43,7 @@ class ReturnCode(Enum):
 
     @staticmethod
     def of(number: int) -> "ReturnCode | None":
-        """The code that travels as `number`, or None if the manuals print none."""
+        """Return the code that travels as `number`, or None if the manuals print none."""
         return _BY_NUMBER.get(number)
 
     # global

@@ -68,10 +68,10 @@ class DataType(IntEnum):
         return self in (DataType.F32, DataType.F64)
 
     def pack(self, value: Number) -> bytes:
-        """A number as it travels; struct.error if it is beyond the type."""
+        """Return a number as it travels; struct.error if it is beyond the type."""
         return struct.pack(self.form, value)
 
     def unpack(self, data: bytes) -> Number:
-        """The number that travelled; struct.error if there are not `bits` of it."""
+        """Return the number that travelled; struct.error if there are not `bits` of it."""
         value: Number = struct.unpack(self.form, data)[0]
         return value

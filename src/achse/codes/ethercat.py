@@ -64,7 +64,7 @@ class AlStatus(Enum):
 
     @staticmethod
     def of(number: int) -> "AlStatus | None":
-        """The code `number`, or None if it is not known here."""
+        """Return the code `number`, or None if it is not known here."""
         return _BY_NUMBER.get(number)
 
     NO_ERROR = (0x0000, "No error.", None, ErrorLight.OFF)

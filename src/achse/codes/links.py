@@ -11,7 +11,7 @@ SITE = "ACHSE_DOCS"
 
 
 def code_link(code: int) -> str | None:
-    """The page of an ADS return code or NC error: `reference/0x4655/`.
+    """Return the page of an ADS return code or NC error: `reference/0x4655/`.
 
     None for a code that no table has.
     """
@@ -20,22 +20,24 @@ def code_link(code: int) -> str | None:
 
 
 def service_link(port: int, group: int, offset: int) -> str:
-    """The page and anchor of a service: `reference/services-500/#0x4101-0xA`."""
+    """Return the page and anchor of a service: `reference/services-500/#0x4101-0xA`."""
     return f"reference/services-{port}/#0x{group:X}-0x{offset:X}"
 
 
 def library_link(library: str, name: str) -> str:
-    """The page and anchor of a block, function or type: `…/plc-library-tc2_mc2/#MC_Power`."""
+    """Return the page and anchor of a block, function or type:
+    `…/plc-library-tc2_mc2/#MC_Power`."""
     return f"reference/plc-library-{library}/#{name}"
 
 
 def finding_link(code: str) -> str:
-    """The page of a finding in PLC sources: `reference/ST4101/`."""
+    """Return the page of a finding in PLC sources: `reference/ST4101/`."""
     return f"reference/{code}/"
 
 
 def on_site(link: str | None, site: str | None) -> str | None:
-    """The whole link where a site is known, else None; addresses of the web alone are taken."""
+    """Return the whole link where a site is known, else None; addresses of the web alone are
+    taken."""
     if link is None or not site or not site.startswith(("http://", "https://")):
         return None
     return f"{site.rstrip('/')}/{link}"

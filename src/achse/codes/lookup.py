@@ -5,5 +5,5 @@ from achse.codes.nc.errors import NcError
 
 
 def code_of(number: int) -> ReturnCode | NcError | None:
-    """The ADS return code or NC error of that number; None if no table has it."""
+    """Return the ADS return code or NC error of that number; None if no table has it."""
     return ReturnCode.of(number) or NcError.of(number)

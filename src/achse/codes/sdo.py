@@ -26,7 +26,7 @@ class AbortCode(Enum):
 
     @staticmethod
     def of(number: int) -> "AbortCode | None":
-        """The code `number`, or None if it is not known here."""
+        """Return the code `number`, or None if it is not known here."""
         return _BY_NUMBER.get(number)
 
     # 001 table 2.6.1
@@ -95,5 +95,5 @@ _RETURN_CODES = {
 
 
 def return_code_of(abort: AbortCode | None) -> ReturnCode:
-    """The ADS return code of an abort; 0x70D for those without one."""
+    """Return the ADS return code of an abort; 0x70D for those without one."""
     return ReturnCode.SYNTAX if abort is None else _RETURN_CODES.get(abort, ReturnCode.SYNTAX)

@@ -41,7 +41,7 @@ class UnitFile(NamedTuple):
         return cls(document["token"], document["station"], variables)
 
     def text(self) -> str:
-        """The file as it is written."""
+        """Return the file as it is written."""
         document = {
             "token": self.token,
             "station": self.station,

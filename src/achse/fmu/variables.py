@@ -86,12 +86,12 @@ class UnitVariable:
         return self.causality in ("input", "parameter")
 
     def document(self) -> dict[str, Any]:
-        """The variable for JSON."""
+        """Return the variable for JSON."""
         return asdict(self) | {"type": self.type.name, "dimensions": list(self.dimensions)}
 
     @classmethod
     def of(cls, document: dict[str, Any]) -> "UnitVariable":
-        """The variable of a JSON document."""
+        """Return the variable of a JSON document."""
         return cls(
             **document
             | {
@@ -373,7 +373,7 @@ class _Table:
         )
 
     def _written_bytes(self, port: int) -> set[int]:
-        """Bytes of %I that terminals write."""
+        """Return bytes of %I that terminals write."""
         first = next(iter(self._plcs))
         written: set[int] = set()
         for terminal in self._station.config.terminal:
@@ -384,14 +384,14 @@ class _Table:
         return written
 
     def _written_names(self) -> set[str]:
-        """Names of variables that plants and signals write."""
+        """Return names of variables that plants and signals write."""
         config = self._station.config
         names = [target for unit in config.fmu for target in unit.outputs]
         names += [signal.symbol for signal in config.signal]
         return {each.rpartition(":")[2].lower() for each in names}
 
     def _linked(self) -> set[str]:
-        """Names of variables that axes are linked to."""
+        """Return names of variables that axes are linked to."""
         names = [
             each
             for axis in self._station.config.axis
@@ -405,7 +405,7 @@ def _bytes_of(placed: PlacedVariable) -> set[int]:
 
 
 def _structured(path: str) -> str:
-    """The name in the notation of FMI: other parts than identifiers are in quotes."""
+    """Return the name in the notation of FMI: other parts than identifiers are in quotes."""
     parts = path.split(".")
     return ".".join(
         part

@@ -165,7 +165,7 @@ class ArrayType(IecType[list[Any]], Generic[V]):
         return flat
 
     def read(self, buffer: Buffer, offset: int) -> Any:
-        """An `Array` view of the memory at `offset`."""
+        """Return an `Array` view of the memory at `offset`."""
         return Array(self, buffer, offset)
 
     def write(self, buffer: Buffer, offset: int, value: object) -> None:
@@ -193,7 +193,7 @@ class ArrayType(IecType[list[Any]], Generic[V]):
         )
 
     def position(self, indices: Sequence[int]) -> int:
-        """Bytes from the start of the array to the element (or the row) at `indices`.
+        """Return bytes from the start of the array to the element (or the row) at `indices`.
 
         Raises `IecIndexError` if an index is out of bounds, `IecPathError` if there are too many.
         """
@@ -209,7 +209,7 @@ class ArrayType(IecType[list[Any]], Generic[V]):
         return offset
 
     def row(self, dimensions: int) -> "ArrayType[V]":
-        """The array that is left after the first `dimensions` indices."""
+        """Return the array that is left after the first `dimensions` indices."""
         return self._rows[dimensions]
 
     @cached_property
@@ -300,18 +300,18 @@ class Array(Generic[V]):
         return self.type.counts[0]
 
     def __iter__(self) -> Iterator[V]:
-        """The elements in order (the rows, for several dimensions)."""
+        """Return the elements in order (the rows, for several dimensions)."""
         return (self[index] for index in range(self._first, self._last + 1))
 
     def __contains__(self, value: object) -> bool:
         return any(item == value for item in self)
 
     def tobytes(self) -> bytes:
-        """A copy of the memory of the array."""
+        """Return a copy of the memory of the array."""
         return bytes(self._buffer[self._offset : self._offset + self.type.size])
 
     def tolist(self) -> list[Any]:
-        """A copy of the values, as `ArrayType.decode` gives them."""
+        """Return a copy of the values, as `ArrayType.decode` gives them."""
         return self.type.decode(self.tobytes())
 
     def __eq__(self, other: object) -> bool:

@@ -129,7 +129,7 @@ class ParameterEntry:
 
     @classmethod
     def read(cls, parent: EntryReader) -> Self:
-        """The entry at the cursor's position; moves it on."""
+        """Return the entry at the cursor's position; moves it on."""
         cursor = parent.child("parameter entry")
         size, alignment, adst, flags, reserved, guid, length_is, *lengths = cursor.unpack(
             _PARAMETER_HEAD
@@ -198,7 +198,7 @@ class MethodEntry:
 
     @classmethod
     def read(cls, parent: EntryReader) -> Self:
-        """The entry at the cursor's position; moves it on."""
+        """Return the entry at the cursor's position; moves it on."""
         cursor = parent.child("method entry")
         version, index, size, alignment, reserved, guid, adst, flags, *lengths, count = (
             cursor.unpack(_METHOD_HEAD)
@@ -276,7 +276,7 @@ class DataTypeEntry:
     """Unknown parts of the entry."""
 
     def encode(self, coding: Coding = "cp1252") -> bytes:
-        """The entry of a type, padded to 8 bytes. Raises `IecValueError`."""
+        """Return the entry of a type, padded to 8 bytes. Raises `IecValueError`."""
         return padded_entry(self._body(coding), self.tail)
 
     def _body(self, coding: Coding) -> bytes:
@@ -328,7 +328,7 @@ class DataTypeEntry:
 
     @classmethod
     def decode(cls, data: bytes, coding: Coding = "cp1252") -> Self:
-        """The type entry at the start of `data`. Raises `IecDecodeError`."""
+        """Return the type entry at the start of `data`. Raises `IecDecodeError`."""
         return cls._type(EntryReader.entry(data, 0, len(data), "type entry", coding))
 
     @classmethod
@@ -397,13 +397,13 @@ def _attribute_part(attributes: Attributes, coding: Coding) -> bytes:
 
 
 def encode_types(types: Iterable[DataTypeEntry], coding: Coding = "cp1252") -> bytes:
-    """The upload of 0xF00E: entries back to back, sorted by name without case."""
+    """Return the upload of 0xF00E: entries back to back, sorted by name without case."""
     ordered = sorted(types, key=lambda entry: entry.name.lower())
     return b"".join([entry.encode(coding) for entry in ordered])
 
 
 def decode_types(data: bytes, coding: Coding = "cp1252") -> list[DataTypeEntry]:
-    """All entries of an upload, in its order. Raises `IecDecodeError`."""
+    """Return all entries of an upload, in its order. Raises `IecDecodeError`."""
     types = []
     position = 0
     while position < len(data):

@@ -59,7 +59,7 @@ def iec_type(declared: type[E]) -> EnumType[E]: ...
 @overload
 def iec_type(declared: IecType[V]) -> IecType[V]: ...
 def iec_type(declared: Typelike | Record) -> IecType[Any]:
-    """The type of a record or enumeration class, or of a record; a type is its own."""
+    """Return the type of a record or enumeration class, or of a record; a type is its own."""
     if isinstance(declared, IecType):
         return declared
     type = getattr(declared, "__iec__", None)
@@ -223,5 +223,5 @@ def method(
 
 
 def variables(declared: type[Record] | Record) -> tuple[Variable[Any, Any], ...]:
-    """The variables of a record class in declared order, inherited ones first."""
+    """Return the variables of a record class in declared order, inherited ones first."""
     return declared.__iec__.members

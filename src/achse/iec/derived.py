@@ -211,7 +211,7 @@ class InterfaceType(PointerType):
 
 
 def resolved(type: IecType[Any]) -> IecType[Any]:
-    """The type behind aliases and sub-ranges."""
+    """Return the type behind aliases and sub-ranges."""
     while isinstance(type, AliasType):
         type = type.base
     return type

@@ -14,7 +14,7 @@ from achse.iec.types import IecType
 
 
 def as_text(type: IecType[Any], value: Any) -> str:
-    """The IEC literal of `value`; of a type without literals its bytes."""
+    """Return the IEC literal of `value`; of a type without literals its bytes."""
     try:
         return format_value(type, value)
     except IecValueError:

@@ -14,7 +14,7 @@ V = TypeVar("V", int, float)
 
 
 def base_guid(number: int) -> bytes:
-    """The GUID of a base type; `number` fills its last bytes."""
+    """Return the GUID of a base type; `number` fills its last bytes."""
     return bytes.fromhex("95190718") + bytes(8) + number.to_bytes(4, "big")
 
 

@@ -40,7 +40,8 @@ class EntryReader:
     def entry(
         cls, data: bytes, position: int, limit: int, what: str, coding: Coding, *, width: int = 4
     ) -> "EntryReader":
-        """A cursor over one entry that starts with its own length, placed after the length."""
+        """Return a cursor over one entry that starts with its own length, placed after the
+        length."""
         cursor = cls(data, position, limit, what, coding)
         length = cursor.u32() if width == 4 else cursor.u16()
         if not width <= length <= limit - position:
@@ -65,7 +66,7 @@ class EntryReader:
         return self.data[start : start + count]
 
     def unpack(self, layout: struct.Struct) -> tuple[Any, ...]:
-        """The next fields."""
+        """Return the next fields."""
         start = self.position
         if layout.size > self.end - start:
             raise IecDecodeError(f"a {self.what} ends {layout.size - self.left} bytes too early")
@@ -81,7 +82,7 @@ class EntryReader:
         return value
 
     def text(self, length: int) -> str:
-        """A text of `length` bytes and the NUL behind it."""
+        """Return a text of `length` bytes and the NUL behind it."""
         raw = self.take(length + 1)
         if raw[-1]:
             raise IecDecodeError(f"a text of a {self.what} has no NUL after {length} bytes")
@@ -93,7 +94,7 @@ class EntryReader:
         return first, count
 
     def child(self, what: str, width: int = 4) -> "EntryReader":
-        """A cursor over the entry at this position, which moves on behind it."""
+        """Return a cursor over the entry at this position, which moves on behind it."""
         child = EntryReader.entry(
             self.data, self.position, self.end, what, self.coding, width=width
         )
@@ -116,12 +117,12 @@ class EntryReader:
 
 
 def open_entry(body: bytes, tail: bytes = b"") -> bytes:
-    """An entry with its length before it, as long as it is."""
+    """Return an entry with its length before it, as long as it is."""
     return _U32.pack(4 + len(body) + len(tail)) + body + tail
 
 
 def padded_entry(body: bytes, tail: bytes = b"") -> bytes:
-    """An entry with its length before it, and zeros up to a multiple of 8.
+    """Return an entry with its length before it, and zeros up to a multiple of 8.
 
     An unknown tail ends the entry as it came.
     """
@@ -129,7 +130,8 @@ def padded_entry(body: bytes, tail: bytes = b"") -> bytes:
 
 
 def text_bytes(text: str, coding: Coding, what: str, longest: int = 0xFFFF) -> bytes:
-    """A table text without its NUL. Raises `IecValueError` if it has no code or is too long."""
+    """Return a table text without its NUL. Raises `IecValueError` if it has no code or is too
+    long."""
     try:
         data = encode_text(text, coding)
     except UnicodeEncodeError:
@@ -158,7 +160,7 @@ def fitting_attributes(attributes: Mapping[str, str]) -> tuple[tuple[str, str], 
 
 
 def short_text(text: str, coding: Coding, what: str) -> bytes:
-    """A table text whose length is one byte."""
+    """Return a table text whose length is one byte."""
     return text_bytes(text, coding, what, 0xFF)
 
 

@@ -65,7 +65,7 @@ class EnumType(IecType[E | int], Generic[E]):
         return self.base.encode(first if self._initial is None else self._initial)
 
     def member(self, number: int) -> E | int:
-        """The member of a number, or the number itself."""
+        """Return the member of a number, or the number itself."""
         return self._by_number.get(number, number)
 
     def encode(self, value: object) -> bytes:

@@ -54,12 +54,12 @@ class TypeLayout(NamedTuple):
 
 
 def align(offset: int, alignment: int) -> int:
-    """The next multiple of `alignment` at or after `offset`."""
+    """Return the next multiple of `alignment` at or after `offset`."""
     return -(-offset // alignment) * alignment
 
 
 def pack_of(pack_mode: str) -> int:
-    """The largest alignment that attribute `pack_mode` := '0' … '8' allows.
+    """Return the largest alignment that attribute `pack_mode` := '0' … '8' allows.
 
     A number between two alignments allows the lower one.
     """

@@ -45,7 +45,7 @@ _SECOND_NS = 1_000_000_000
 
 
 def parse_value(type: IecType[Any], text: str) -> Any:
-    """The value that the text means for the type; checked by encoding it.
+    """Return the value that the text means for the type; checked by encoding it.
 
     Strings may come without quotes, enumerations by name. Raises `IecValueError`.
     """
@@ -247,7 +247,7 @@ def _struct(type: StructType[Any], text: str, depth: int) -> dict[str, object]:
 
 
 def _parts(type: IecType[Any], text: str) -> list[str]:
-    """The text cut at its commas, but not at those in brackets or quotes."""
+    """Return the text cut at its commas, but not at those in brackets or quotes."""
     parts = []
     start = depth = 0
     quote = ""
@@ -278,7 +278,8 @@ def _parts(type: IecType[Any], text: str) -> list[str]:
 
 
 def format_value(type: IecType[Any], value: Any) -> str:
-    """The literal that `parse_value` reads back as the same value. Raises `IecValueError`."""
+    """Return the literal that `parse_value` reads back as the same value. Raises
+    `IecValueError`."""
     real = resolved(type)
     data = type.encode(value)
     if isinstance(real, ArrayType):

@@ -71,7 +71,7 @@ class Method:
         return sum(type.size for type in self._answers)
 
     def encode_inputs(self, values: Mapping[str, object]) -> bytes:
-        """The data of a call. Raises `IecValueError` if an input is missing or unknown."""
+        """Return the data of a call. Raises `IecValueError` if an input is missing or unknown."""
         remaining = {name.lower(): value for name, value in values.items()}
         parts = []
         for item in self.inputs:
@@ -84,18 +84,19 @@ class Method:
         return b"".join(parts)
 
     def decode_inputs(self, data: bytes) -> tuple[Any, ...]:
-        """The inputs of a call, in order. Raises `IecDecodeError` if the length does not fit."""
+        """Return the inputs of a call, in order. Raises `IecDecodeError` if the length does not
+        fit."""
         return _split(self.name, tuple(item.type for item in self.inputs), data)
 
     def encode_answer(self, values: Sequence[object]) -> bytes:
-        """The data of an answer: the return value, if there is one, then the outputs."""
+        """Return the data of an answer: the return value, if there is one, then the outputs."""
         if len(values) != len(self._answers):
             raise IecValueError(self.name, f"{len(self._answers)} results", values)
         pairs = zip(self._answers, values, strict=True)
         return b"".join(type.encode(value) for type, value in pairs)
 
     def decode_answer(self, data: bytes) -> tuple[Any, ...]:
-        """The return value, if there is one, then the outputs."""
+        """Return the return value, if there is one, then the outputs."""
         return _split(self.name, self._answers, data)
 
 

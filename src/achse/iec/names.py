@@ -49,12 +49,13 @@ _DEEPEST = 32
 
 
 def elementary(pointer_size: int) -> Mapping[str, IecType[Any]]:
-    """The elementary types of a target with pointers of 8 or 4 bytes, by name in lower case."""
+    """Return the elementary types of a target with pointers of 8 or 4 bytes, by name in lower
+    case."""
     return _OF_32_BITS if pointer_size == 4 else ELEMENTARY
 
 
 def parse_type(text: str, find: Find = lambda name: None, *, pointer_size: int = 8) -> IecType[Any]:
-    """The type of that name; `find` knows the names that are not elementary.
+    """Return the type of that name; `find` knows the names that are not elementary.
 
     Raises `DeclarationError` if the text names no type.
     """
@@ -62,7 +63,8 @@ def parse_type(text: str, find: Find = lambda name: None, *, pointer_size: int =
 
 
 def name_within(text: str) -> str | None:
-    """The name in a type text that has to be explained elsewhere: the ST_X of ARRAY [0..1] OF ST_X.
+    """Return the name in a type text that has to be explained elsewhere: the ST_X of ARRAY [0..1]
+    OF ST_X.
 
     None if the text says it all, as `STRING(8)` does; the target of a pointer is not resolved.
     """
@@ -118,7 +120,8 @@ def _bounds(part: str, text: str) -> Bounds:
 
 
 def with_coding(type: IecType[Any], coding: Coding) -> IecType[Any]:
-    """The same type with its strings in that coding, where it is a STRING or an array of them."""
+    """Return the same type with its strings in that coding, where it is a STRING or an array of
+    them."""
     real = resolved(type)
     if isinstance(real, StringType) and real.unit == 1:
         coded = STRING(real.length, coding)

@@ -12,7 +12,8 @@ _ROUNDING = 1e-9
 
 
 def nearest(name: str, known: Iterable[str], most: int = 3) -> list[str]:
-    """The names of `known` that `name` may be meant for, the likeliest first, without case."""
+    """Return the names of `known` that `name` may be meant for, the likeliest first, without
+    case."""
     folded: dict[str, str] = {}
     for each in known:
         folded.setdefault(each.casefold(), each)
@@ -31,7 +32,7 @@ def nearest(name: str, known: Iterable[str], most: int = 3) -> list[str]:
 
 
 def closest(name: str, known: Iterable[str], likeness: float) -> str | None:
-    """The name of `known` that is most like another, by `difflib`; None if none is as like.
+    """Return the name of `known` that is most like another, by `difflib`; None if none is as like.
 
     Names that cannot be are left out first, by their length and their letters: a file with
     thousands of unknown names would take minutes else.
@@ -56,7 +57,7 @@ def closest(name: str, known: Iterable[str], likeness: float) -> str | None:
 
 @lru_cache(1 << 16)
 def _letters(name: str) -> int:
-    """The letters of a name, a bit for each of 64 groups of them."""
+    """Return the letters of a name, a bit for each of 64 groups of them."""
     letters = 0
     for letter in name:
         letters |= 1 << (ord(letter) & 63)

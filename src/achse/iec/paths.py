@@ -91,7 +91,7 @@ _MOST_SEGMENTS = 32
 
 
 def parse_path(text: str) -> tuple[Step, ...]:
-    """The steps of a path, or of the rest of one that starts with `.`, `[`, `^` or `#`.
+    """Return the steps of a path, or of the rest of one that starts with `.`, `[`, `^` or `#`.
 
     Raises `IecPathError` with the position of the fault.
     """
@@ -178,7 +178,7 @@ def _fault(text: str, position: int, expected: str) -> IecPathError:
 
 
 def split_symbol(path: str, symbols: Container[str]) -> tuple[str, str]:
-    """The longest symbol name a path starts with, folded, and the rest of the path.
+    """Return the longest symbol name a path starts with, folded, and the rest of the path.
 
     `symbols` holds names folded by `fold`. Raises `IecPathError` if none fits.
     """

@@ -33,7 +33,7 @@ class StringType(IecType[str]):
         return self.short(value).ljust(self.size, b"\0")
 
     def short(self, value: object) -> bytes:
-        """The text and one NUL, without the rest: what a shorter write carries."""
+        """Return the text and one NUL, without the rest: what a shorter write carries."""
         if not isinstance(value, str) or "\0" in value:
             raise self.reject(value)
         try:
@@ -56,7 +56,8 @@ class StringType(IecType[str]):
         return len(text) if self.coding == "cp1252" else len(text.encode("utf-8", "replace"))
 
     def decode(self, data: bytes | Buffer) -> str:
-        """The text up to the first NUL or the full length. Fewer bytes are a shorter text."""
+        """Return the text up to the first NUL or the full length. Fewer bytes are a shorter
+        text."""
         return decode_text(bytes(data[: self.length]).partition(b"\0")[0], self.coding)
 
     def read(self, buffer: Buffer, offset: int) -> str:

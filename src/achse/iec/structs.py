@@ -196,7 +196,7 @@ class StructType(IecType[R], Generic[R]):
         self._record = RecordMeta(name, bases, members, iec=self)  # type: ignore[assignment]
 
     def member(self, name: str) -> Variable[Any, Any]:
-        """The member of that name, without case. Raises `IecPathError`."""
+        """Return the member of that name, without case. Raises `IecPathError`."""
         variable = self._by_name.get(name.lower())
         if variable is None:
             raise IecPathError(f"{self.name} has no member {name[:80]!r}")
@@ -212,7 +212,8 @@ class StructType(IecType[R], Generic[R]):
         return tuple(self._methods.values())
 
     def method(self, name: str) -> Method:
-        """The method of that name, without case; the most derived one. Raises `IecPathError`."""
+        """Return the method of that name, without case; the most derived one. Raises
+        `IecPathError`."""
         method = self._methods.get(name.lower())
         if method is None:
             raise IecPathError(f"{self.name} has no method {name[:80]!r}")
@@ -224,7 +225,7 @@ class StructType(IecType[R], Generic[R]):
         return tuple(self._properties.values())
 
     def property_named(self, name: str) -> Property | None:
-        """The property of that name, without case; None if there is none."""
+        """Return the property of that name, without case; None if there is none."""
         return self._properties.get(name.lower())
 
     @cached_property
@@ -267,7 +268,7 @@ class StructType(IecType[R], Generic[R]):
                 member.put_initial(buffer, offset + member.offset)
 
     def encode(self, value: object) -> bytes:
-        """A record of this type, or a mapping; members it leaves out start as declared."""
+        """Return a record of this type, or a mapping; members it leaves out start as declared."""
         if isinstance(value, Record) and type(value).__iec__ is self:
             return bytes(value)
         if isinstance(value, Record):
@@ -399,7 +400,7 @@ class Record(metaclass=RecordMeta, kind=RecordKind.STRUCT):
             bind(self, bytearray(type(self).__iec__.encode({**(values or {}), **members})))
 
     def __getitem__(self, name: str) -> Any:
-        """The member of that name, without case."""
+        """Return the member of that name, without case."""
         return type(self).__iec__.member(name).__get__(self, type(self))
 
     def __setitem__(self, name: str, value: object) -> None:
@@ -410,7 +411,7 @@ class Record(metaclass=RecordMeta, kind=RecordKind.STRUCT):
         return bytes(self.__iec_buffer__[offset : offset + type(self).__iec__.size])
 
     def __copy__(self) -> Self:
-        """The same values in memory of their own."""
+        """Return the same values in memory of their own."""
         return type(self).__iec__.decode(bytes(self))  # type: ignore[no-any-return]
 
     def __deepcopy__(self, memo: object) -> Self:
@@ -504,7 +505,8 @@ def bind(
 
 
 def plain(value: Any) -> Any:
-    """The value without views: records as dicts, arrays as lists (index 0 at the lower bound)."""
+    """Return the value without views: records as dicts, arrays as lists (index 0 at the lower
+    bound)."""
     if isinstance(value, Record):
         return {item.name: plain(value[item.name]) for item in type(value).__iec__.fields}
     if isinstance(value, Array):

@@ -49,7 +49,7 @@ class SymbolFlag(IntFlag):
 
 
 def fold(name: str) -> str:
-    """A name as compared and sorted: without case."""
+    """Return a name as compared and sorted: without case."""
     return name.lower()
 
 
@@ -86,7 +86,7 @@ class SymbolEntry:
         comment: str = "",
         attributes: Mapping[str, str] = no_attributes,
     ) -> Self:
-        """The entry of a variable of `type`; `context` is the task mask (0 for none)."""
+        """Return the entry of a variable of `type`; `context` is the task mask (0 for none)."""
         flags |= SymbolFlag.TYPE_GUID | (context & 0xF) << 8
         if attributes:
             flags |= SymbolFlag.ATTRIBUTES
@@ -113,7 +113,7 @@ class SymbolEntry:
         return self.flags >> 8 & 0xF
 
     def encode(self, coding: Coding = "cp1252") -> bytes:
-        """The entry with its length, padded to 8 bytes. Raises `IecValueError`."""
+        """Return the entry with its length, padded to 8 bytes. Raises `IecValueError`."""
         name = text_bytes(self.name, coding, "a symbol name")
         type_name = text_bytes(self.type_name, coding, "a type name")
         comment = text_bytes(self.comment, coding, "a comment")
@@ -149,7 +149,7 @@ class SymbolEntry:
 
     @classmethod
     def decode(cls, data: bytes, coding: Coding = "cp1252") -> Self:
-        """The entry at the start of `data`. Raises `IecDecodeError`."""
+        """Return the entry at the start of `data`. Raises `IecDecodeError`."""
         return cls._read(EntryReader.entry(data, 0, len(data), "symbol entry", coding))
 
     @classmethod
@@ -197,7 +197,8 @@ class SymbolEncoder:
         comment: str = "",
         attributes: Mapping[str, str] = no_attributes,
     ) -> bytes:
-        """The entry; `flags` with the task mask, the flags of the type come by themselves."""
+        """Return the entry; `flags` with the task mask, the flags of the type come by
+        themselves."""
         known = self._types.get(id(type))
         if known is None:
             own = SymbolEntry.of("", type, 0, 0, context=0).flags
@@ -236,13 +237,13 @@ class SymbolEncoder:
 
 
 def encode_symbols(symbols: Iterable[SymbolEntry], coding: Coding = "cp1252") -> bytes:
-    """The upload of 0xF00B: entries back to back, sorted by name without case."""
+    """Return the upload of 0xF00B: entries back to back, sorted by name without case."""
     ordered = sorted(symbols, key=lambda symbol: symbol.name.lower())
     return b"".join([symbol.encode(coding) for symbol in ordered])
 
 
 def decode_symbols(data: bytes, coding: Coding = "cp1252") -> list[SymbolEntry]:
-    """All entries of an upload, in its order. Raises `IecDecodeError`."""
+    """Return all entries of an upload, in its order. Raises `IecDecodeError`."""
     symbols = []
     position = 0
     while position < len(data):

@@ -18,7 +18,7 @@ from achse.iec.variables import Variable
 def _structure(
     name: str, size: int, rows: Sequence[tuple[int, str, IecType[Any]]]
 ) -> StructType[Any]:
-    """A structure with members at given offsets; the gaps are reserved."""
+    """Return a structure with members at given offsets; the gaps are reserved."""
     members = [Variable[Any, Any](type, name=member) for _, member, type in rows]
     return StructType(
         name,

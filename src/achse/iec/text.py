@@ -20,14 +20,14 @@ _CP1252_ENCODING = codecs.charmap_build(_CP1252)
 
 
 def decode_text(data: bytes, coding: Coding = "cp1252") -> str:
-    """The bytes as text; every byte has a meaning in cp1252, broken UTF-8 becomes U+FFFD."""
+    """Return the bytes as text; every byte has a meaning in cp1252, broken UTF-8 becomes U+FFFD."""
     if coding == "utf-8":
         return data.decode("utf-8", "replace")
     return codecs.charmap_decode(data, "strict", _CP1252)[0]
 
 
 def encode_text(text: str, coding: Coding = "cp1252") -> bytes:
-    """The text as bytes. Raises UnicodeEncodeError if a character has no code."""
+    """Return the text as bytes. Raises UnicodeEncodeError if a character has no code."""
     if coding == "utf-8":
         return text.encode("utf-8")
     return codecs.charmap_encode(text, "strict", _CP1252_ENCODING)[0]
@@ -57,5 +57,5 @@ def decode_wide(data: bytes) -> str:
 
 
 def encode_wide(text: str) -> bytes:
-    """The text as UTF-16LE. Raises UnicodeEncodeError for a lone surrogate."""
+    """Return the text as UTF-16LE. Raises UnicodeEncodeError for a lone surrogate."""
     return text.encode("utf-16-le")

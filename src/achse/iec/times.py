@@ -37,7 +37,8 @@ class Nanoseconds(int):
 
     @classmethod
     def of(cls, value: timedelta | time | datetime) -> Self:
-        """The nanoseconds of a duration, of a time of day, or since 1970 (naive datetime)."""
+        """Return the nanoseconds of a duration, of a time of day, or since 1970 (naive
+        datetime)."""
         if isinstance(value, datetime):
             value = value - _EPOCH
         elif isinstance(value, time):
@@ -143,7 +144,7 @@ class TimeType(IecType[V]):
         self.guid = derived_guid(name) if guid_number is None else base_guid(guid_number)
 
     def count(self, value: object) -> int:
-        """The raw count of a value. Raises `IecValueError` if it is finer than the unit."""
+        """Return the raw count of a value. Raises `IecValueError` if it is finer than the unit."""
         if isinstance(value, int) and not isinstance(value, bool):
             count: int | None = value
         else:

@@ -126,23 +126,25 @@ class IecType(Generic[V]):
         buffer[offset : offset + len(data)] = data
 
     def describe(self) -> str:
-        """The whole definition in words: equal for equal types, and what the GUID is made of."""
+        """Return the whole definition in words: equal for equal types, and what the GUID is made
+        of."""
         return f"{self.name} {self.size}"
 
     def encode(self, value: object) -> bytes:
-        """The bytes of `value`, `size` of them. Raises `IecValueError`."""
+        """Return the bytes of `value`, `size` of them. Raises `IecValueError`."""
         memory = bytearray(self.size)
         self.write(memory, 0, value)
         return bytes(memory)
 
     def decode(self, data: bytes | Buffer) -> V:
-        """The value of the first `size` bytes. Raises `IecDecodeError` if there are fewer."""
+        """Return the value of the first `size` bytes. Raises `IecDecodeError` if there are
+        fewer."""
         if len(data) < self.size:
             raise IecDecodeError(f"{self.name} has {self.size} bytes, got {len(data)}")
         return self.read(bytearray(data[: self.size]), 0)
 
     def read(self, buffer: Buffer, offset: int) -> V:
-        """The value at `offset`; a live view if it is a structure or an array."""
+        """Return the value at `offset`; a live view if it is a structure or an array."""
         raise NotImplementedError
 
     def write(self, buffer: Buffer, offset: int, value: object) -> None:
@@ -154,7 +156,7 @@ class IecType(Generic[V]):
         self.write(buffer, offset, value)
 
     def reject(self, value: object, expected: str = "") -> IecValueError:
-        """The error that says `value` is none of this type."""
+        """Return the error that says `value` is none of this type."""
         return IecValueError(self.name, expected or self.expected, value)
 
     @property

@@ -74,14 +74,14 @@ class TypeTable:
         return self._entries.get(name.lower())
 
     def type(self, name: str) -> IecType[Any]:
-        """The type of that name, from the table or by its text (`ARRAY [0..3] OF INT`).
+        """Return the type of that name, from the table or by its text (`ARRAY [0..3] OF INT`).
 
         Raises `DeclarationError` for an unknown name, `IecDecodeError` for a bad entry.
         """
         return parse_type(name, self._find, pointer_size=self.pointer_size)
 
     def symbol_type(self, symbol: SymbolEntry) -> IecType[Any]:
-        """The type of a symbol: by name, else by its ADST id, else its bytes."""
+        """Return the type of a symbol: by name, else by its ADST id, else its bytes."""
         return self._sized(
             symbol.type_name, symbol.size, symbol.adst, symbol.flags & 0x2 != 0, symbol.attributes
         )

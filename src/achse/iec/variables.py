@@ -99,11 +99,12 @@ class StartContext(Protocol):
     """Context of start values: a PLC whose variables all have their place and static values."""
 
     def variable(self, name: str) -> PointedValue:
-        """The variable `MAIN.nCount` or, of VAR_STAT, `FB_Motor.nCount`. KeyError without one."""
+        """Return the variable `MAIN.nCount` or, of VAR_STAT, `FB_Motor.nCount`. KeyError without
+        one."""
         ...
 
     def read(self, address: int, size: int) -> bytes:
-        """The bytes at an address. LookupError if there are none."""
+        """Return the bytes at an address. LookupError if there are none."""
         ...
 
 
@@ -212,7 +213,7 @@ class Variable(Generic[G, S]):
         return own
 
     def copy(self) -> Self:
-        """The same declaration for another record."""
+        """Return the same declaration for another record."""
         copy = object.__new__(type(self))
         copy.type, copy.initial, copy.start_values = self.type, self.initial, self.start_values
         copy.name, copy.section, copy.in_memory = self.name, self.section, self.in_memory
@@ -232,7 +233,7 @@ class Variable(Generic[G, S]):
         return copy
 
     def initial_bytes(self) -> bytes:
-        """The bytes the variable starts with. Raises `DeclarationError`."""
+        """Return the bytes the variable starts with. Raises `DeclarationError`."""
         if self.initial is None:
             return self.type.default
         if isinstance(self.initial, Image):
@@ -259,7 +260,7 @@ class Variable(Generic[G, S]):
             buffer[offset : offset + len(data)] = data
 
     def fetch(self, buffer: Buffer, base: int) -> Any:
-        """The value in the record that starts at `base`."""
+        """Return the value in the record that starts at `base`."""
         if self.bit is not None:
             return bool(buffer[base + self.offset] >> self.bit & 1)
         return self.type.read(buffer, base + self.offset)
@@ -322,7 +323,7 @@ class Variable(Generic[G, S]):
         return place
 
     def _static_place(self, buffer: Buffer) -> Place:
-        """The one value of a VAR_STAT variable: of the PLC whose memory `buffer` is.
+        """Return the one value of a VAR_STAT variable: of the PLC whose memory `buffer` is.
 
         Records in memory of their own, for trying out, share one beside every PLC.
         """

@@ -228,7 +228,7 @@ class Axis(View, _Fields):
             encoder.in_use = int(number == 0)
 
     def parts(self) -> dict[str, list[Any]]:
-        """All encoders, controllers and drives."""
+        """Return all encoders, controllers and drives."""
         return {"encoder": self.encoders, "controller": self.controllers, "drive": self.drives}
 
     def follow(self, coupling: int, masters: Sequence["Axis"]) -> None:
@@ -330,7 +330,7 @@ class Axis(View, _Fields):
         return None
 
     def place_of(self, name: str, size: int) -> Cell | None:
-        """The same of any value by its name; None where another part may take over."""
+        """Return the same of any value by its name; None where another part may take over."""
         part, field = PART_OF[name]
         own: list[Any] = self.parts()[part] if part else [self]
         if len(own) != 1:
@@ -352,7 +352,7 @@ ObjectAxis, WordsAxis = views_of(Axis, LAYOUT)
 
 
 def _of_a_part(part: str, name: str) -> property:
-    """A value of a part, by its name at the axis."""
+    """Return a value of a part, by its name at the axis."""
 
     def read(axis: Axis) -> Any:
         return getattr(getattr(axis, part), name)
@@ -364,7 +364,7 @@ def _of_a_part(part: str, name: str) -> property:
 
 
 def _of_the_machine(part: str, name: str) -> property:
-    """A parameter of the machine, by its name in a configuration."""
+    """Return a parameter of the machine, by its name in a configuration."""
 
     def of(axis: Axis) -> Any:
         if part == "machine":

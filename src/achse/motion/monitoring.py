@@ -216,7 +216,7 @@ def _limit_error(ax: AxisFields, code: int) -> int:
 
 
 def _at_limit(ax: AxisFields) -> int:
-    """The soft limit that the axis has come to: 1 upper, -1 lower, 0 none.
+    """Return the soft limit that the axis has come to: 1 upper, -1 lower, 0 none.
 
     A table knows beforehand that it ends at one or has to pass it.
     """

@@ -189,7 +189,7 @@ class AxisParameters:
                     part.velocity_scaling = _increments_per_second(axis, part, number)
 
     def _described(self, axis: Axis) -> Iterator[tuple[str, int, AxisPart, Mapping[str, float]]]:
-        """All parts of an axis, kind by kind, with their numbers and what is said of them."""
+        """Yield all parts of an axis, kind by kind, with their numbers and what is said of them."""
         described = (self.values, *self.elements)
         for kind, own in axis.parts().items():
             for number, part in enumerate(own):
@@ -219,7 +219,7 @@ class AxisParameters:
 
 
 def configurable(name: str) -> Field | None:
-    """The field of the NC or of its machine that a configuration sets by this name."""
+    """Return the field of the NC or of its machine that a configuration sets by this name."""
     if name in MACHINE_PARAMETERS:
         return MACHINE_PARAMETERS[name][1]
     row = FIELDS.get(name)
@@ -415,7 +415,7 @@ class Nc:
         return len(self._axes)
 
     def axis(self, axis_id: int) -> Axis:
-        """The axis with this id; KeyError if there is none."""
+        """Return the axis with this id; KeyError if there is none."""
         return self._axes[axis_id]
 
     def ids(self, kind: str) -> list[int]:

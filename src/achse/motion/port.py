@@ -135,7 +135,7 @@ drive_io_record = plain_record(DRIVE_IO)
 
 
 def within_32_bits(value: float) -> int:
-    """The nearest increment of those that a double word holds."""
+    """Return the nearest increment of those that a double word holds."""
     if value >= 2_147_483_647.0:
         return 2_147_483_647
     if value <= -2_147_483_648.0:

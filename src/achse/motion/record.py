@@ -309,5 +309,5 @@ drive_record = plain_record(DRIVE)
 
 
 def pack_record(record: AxisFields) -> bytes:
-    """The record's bytes, equal for both forms when every value is equal."""
+    """Return the record's bytes, equal for both forms when every value is equal."""
     return pack(LAYOUT, record)

@@ -11,7 +11,7 @@ from achse.codes.nc.choices import DriveType
 
 
 def choices_of(unit: str) -> type[IntEnum] | None:
-    """The enumeration that a field of the axis record has as its unit, if it has one."""
+    """Return the enumeration that a field of the axis record has as its unit, if it has one."""
     for names in (globals(), vars(choices), vars(axis)):
         kind = names.get(unit)
         if isinstance(kind, EnumType) and issubclass(kind, IntEnum) and len(kind):

@@ -52,7 +52,7 @@ class View:
         raise NotImplementedError
 
     def pack(self) -> bytes:
-        """All fields as bytes, in record order, equal for both forms of the record."""
+        """Return all fields as bytes, in record order, equal for both forms of the record."""
         raise NotImplementedError
 
 
@@ -182,7 +182,7 @@ def _write(
 
 @cache
 def views_of(base: type[View], layout: RecordLayout[Field]) -> tuple[Any, Any]:
-    """The two classes of views of a record: of a plain object, and of one in memory."""
+    """Return the two classes of views of a record: of a plain object, and of one in memory."""
     shared: dict[str, Any] = {"layout": layout}
     arrays = []
     for name, row in layout.fields.items():

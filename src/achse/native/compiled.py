@@ -230,7 +230,7 @@ def _bound(
 
 
 def _compiler_digest() -> bytes:
-    """A hash of our own part in what comes out: front and back end."""
+    """Return a hash of our own part in what comes out: front and back end."""
     from achse.native import backend, kernels
 
     digest = hashlib.sha256()
@@ -247,7 +247,7 @@ def _compiler_digest() -> bytes:
 
 
 def _layouts(layouts: Iterable[RecordLayout[Any]]) -> Iterator[RecordLayout[Any]]:
-    """The layouts and those that their fields refer to or hold, each once."""
+    """Yield the layouts and those that their fields refer to or hold, each once."""
     known: set[RecordLayout[Any]] = set()
     waiting = list(layouts)
     while waiting:

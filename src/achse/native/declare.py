@@ -156,7 +156,8 @@ def lay_out(
     *,
     whole_lines: bool = False,
 ) -> RecordLayout[SlotT]:
-    """The layout of a record with the fields of all sections; `kind` describes plain defaults.
+    """Return the layout of a record with the fields of all sections; `kind` describes plain
+    defaults.
 
     The fields `first` are in front, in their order; KeyError for an unknown field. Records of
     `whole_lines` have words behind them that no field uses: each begins in a line of its own.
@@ -185,7 +186,7 @@ def lay_out(
 
 
 def plain_record(layout: RecordLayout[Any]) -> type:
-    """A class of plain objects with these fields, for a kernel that runs as it is."""
+    """Return a class of plain objects with these fields, for a kernel that runs as it is."""
     return layout.plain
 
 
@@ -207,7 +208,8 @@ def reset(record: Any) -> None:
 
 
 def pack(layout: RecordLayout[Any], record: object) -> bytes:
-    """The record's bytes, equal for both forms when every value is equal; references are 0."""
+    """Return the record's bytes, equal for both forms when every value is equal; references are
+    0."""
     values: list[float] = []
     _collect(layout, record, values)
     return layout.form.pack(*values)

@@ -60,7 +60,8 @@ def _folded(code: CodeType, scope: dict[str, object]) -> CodeType:
 
 
 def _loads(words: bytes) -> Iterator[tuple[int, int, int, int]]:
-    """Each instruction: where it begins, with its prefixes, and ends, what it is, its argument."""
+    """Yield each instruction: where it begins, with its prefixes, and ends, what it is, its
+    argument."""
     begin, argument, place = 0, 0, 0
     while place < len(words):
         operation, low = words[place], words[place + 1]
@@ -75,7 +76,7 @@ def _loads(words: bytes) -> Iterator[tuple[int, int, int, int]]:
 
 
 def reached(entry: FunctionType) -> Iterator[tuple[str, object]]:
-    """The function and all that it and what it calls may refer to by name."""
+    """Yield the function and all that it and what it calls may refer to by name."""
     known = {entry}
     waiting = [entry]
     while waiting:
@@ -95,7 +96,7 @@ def reached(entry: FunctionType) -> Iterator[tuple[str, object]]:
 
 
 def _parts(thing: object) -> Iterator[object]:
-    """The thing itself; of a table, what its rows hold."""
+    """Yield the thing itself; of a table, what its rows hold."""
     if isinstance(thing, tuple) and any(isinstance(row, tuple) for row in thing):
         for row in thing:
             yield from _parts(row)

@@ -35,12 +35,12 @@ class Rows:
         """All records, to read and to write; they begin where a line of the cache does."""
 
     def row(self, index: int) -> memoryview:
-        """The bytes of one record, to read and to write."""
+        """Return the bytes of one record, to read and to write."""
         first = self.size * index
         return self.memory[first : first + self.size]
 
     def within(self, index: int, slot: Slot) -> "Rows":
-        """The records that a field of one of these records holds, in the same memory."""
+        """Return the records that a field of one of these records holds, in the same memory."""
         assert slot.holds is not None
         inner = Rows.__new__(Rows)
         inner.count, inner.size = slot.length or 1, 8 * slot.holds.words
@@ -73,7 +73,7 @@ class RowView:
         self.ints[slot.offset] = record.address
 
     def content(self, layout: RecordLayout[Any]) -> bytes:
-        """The record's bytes; references are 0, as in `achse.native.declare.pack`."""
+        """Return the record's bytes; references are 0, as in `achse.native.declare.pack`."""
         row = bytearray(self.row)
         for slot in layout.fields.values():
             if slot.refers is not None:
@@ -217,7 +217,8 @@ Cell = MemoryCell | AttributeCell | ComputedCell
 
 
 def gather(readers: Iterable[Callable[[], Any]]) -> Callable[[], tuple[Any, ...]]:
-    """A function that gives what all `readers` give, in their order; places are read at once.
+    """Return a function that gives what all `readers` give, in their order; places are read at
+    once.
 
     A place that overlaps others is read for itself, unless it is the same. Attributes of a plain
     record are read at once too.
@@ -284,7 +285,7 @@ def reader(slot: Slot) -> Callable[[Any], Any]:
 
 
 def field_property(slot: Slot) -> property:
-    """A field of a `RowView` as attribute."""
+    """Return a field of a `RowView` as attribute."""
     words = "floats" if slot.is_real else "ints"
     if slot.length:
         return property(reader(slot))

@@ -164,7 +164,7 @@ class Bodies:
         memory.let_invoke(self.calls.invoke)
 
     def _builtin_bodies(self) -> Mapping[str, Callable[..., Any]]:
-        """The built-in routines that the project uses."""
+        """Return the built-in routines that the project uses."""
         functions: dict[str, Callable[..., Any]] = {}
         for key, routine in self.project.routines.items():
             known = key in self.functions or key in self.blocks

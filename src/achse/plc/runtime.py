@@ -175,7 +175,8 @@ class PlcRuntime:
         return self._statics
 
     def instance(self, name: str) -> StaticRecord:
-        """The program or variable list of that name, without case. KeyError if there is none."""
+        """Return the program or variable list of that name, without case. KeyError if there is
+        none."""
         for unit in self.units:
             if unit.name.lower() == name.lower():
                 return unit.instance

@@ -167,7 +167,7 @@ def moves(samples: Iterable[Moment], unit: str = "") -> Picture:
 
 
 def cam(rows: Sequence[Sequence[float]], demands: Iterable[tuple[float, Demanded]] = ()) -> Picture:
-    """A cam: the slave over the master by `rows`, as dots where they are few.
+    """Return a cam: the slave over the master by `rows`, as dots where they are few.
 
     `demands` are pairs of a master position and what `table.values` says there: with them velocity
     and acceleration are drawn too, per master. Raises PictureError without rows, PlotExtraMissing.
@@ -229,7 +229,7 @@ def _draw(areas: list[Any], masters: Sequence[float], quantities: Sequence[Quant
 
 
 def path(samples: Iterable[PathMoment | Sequence[float]], view: str = "xy") -> Picture:
-    """A path seen along an axis, in mm: `view` is xy, zx or yz.
+    """Return a path seen along an axis, in mm: `view` is xy, zx or yz.
 
     Of samples with a velocity (`at`, `velocity`) that is the colour, in mm/s; points (x, y, z)
     are one colour. Raises PictureError without two points or for another view, PlotExtraMissing.
@@ -266,7 +266,7 @@ def path(samples: Iterable[PathMoment | Sequence[float]], view: str = "xy") -> P
 
 
 def _areas(count: int, nothing: str) -> tuple[Any, list[Any]]:
-    """A figure with so many areas above each other."""
+    """Return a figure with so many areas above each other."""
     try:
         from matplotlib.backends.backend_agg import FigureCanvasAgg
         from matplotlib.figure import Figure

@@ -8,14 +8,14 @@ from achse.plot.figures import Picture, PictureError, PlotExtraMissing
 
 
 def table(caption: str, head: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
-    """A table with a caption; numbers are at the right."""
+    """Return a table with a caption; numbers are at the right."""
     lines = [f"<table><caption>{escape(caption)}</caption>", _row("th", head)]
     lines += [_row("td", row) for row in rows]
     return "".join([*lines, "</table>"])
 
 
 def facts(caption: str, rows: Iterable[tuple[str, object]]) -> str:
-    """Names and what they are."""
+    """Return names and what they are."""
     lines = [f"<table><caption>{escape(caption)}</caption>"]
     for name, value in rows:
         shown = escape(_text(value))
@@ -38,13 +38,13 @@ def _text(value: object) -> str:
 
 
 def picture(png: bytes, text: str) -> str:
-    """A picture in the page itself; `text` is for those who do not see it."""
+    """Return a picture in the page itself; `text` is for those who do not see it."""
     data = base64.b64encode(png).decode()
     return f'<img alt="{escape(text)}" src="data:image/png;base64,{data}">'
 
 
 def drawn(draw: Callable[[], Picture]) -> bytes | None:
-    """A PNG, None where matplotlib is missing or there is nothing to draw."""
+    """Return a PNG, None where matplotlib is missing or there is nothing to draw."""
     try:
         return draw().png
     except (PlotExtraMissing, PictureError):

@@ -34,7 +34,7 @@ class PageSocket:
         self._most_bytes = most_bytes
 
     async def receive(self) -> str | None:
-        """The next text; None at the end, and after what a page must not send."""
+        """Return the next text; None at the end, and after what a page must not send."""
         message = await self._socket.receive()
         if message["type"] != "websocket.receive":
             return None
@@ -58,7 +58,7 @@ class PageSocket:
 def web_app(
     guard: AccessGuard, pages: Pages, serve: Serve, download: Download, most_bytes: int = MOST_BYTES
 ) -> Starlette:
-    """The ASGI application of one server."""
+    """Return the ASGI application of one server."""
 
     def refused(connection: HTTPConnection) -> tuple[int, str] | None:
         query, cookies = connection.query_params, connection.cookies

@@ -20,7 +20,7 @@ class Arguments:
         return self.fields.get(name) is not None
 
     def text(self, name: str, default: str | None = None) -> str:
-        """A text of up to 4096 characters."""
+        """Return a text of up to 4096 characters."""
         value = self.fields.get(name)
         if value is None and default is not None:
             return default
@@ -42,7 +42,7 @@ class Arguments:
         least: float = -math.inf,
         most: float = math.inf,
     ) -> float:
-        """A finite number within a range."""
+        """Return a finite number within a range."""
         value = self.fields.get(name)
         if value is None and default is not None:
             return default
@@ -60,7 +60,7 @@ class Arguments:
     def integer(
         self, name: str, default: int | None = None, least: int = 0, most: int = 0xFFFF_FFFF
     ) -> int:
-        """A whole number within a range."""
+        """Return a whole number within a range."""
         value = self.fields.get(name)
         if value is None and default is not None:
             return default
@@ -77,7 +77,7 @@ class Arguments:
         return value
 
     def names(self, name: str, most: int = _MOST_NAMES) -> list[str]:
-        """A list of texts, each once."""
+        """Return a list of texts, each once."""
         value = self.fields.get(name)
         good = isinstance(value, list) and all(
             isinstance(each, str) and 0 < len(each) <= _LONGEST for each in value

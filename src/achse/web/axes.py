@@ -226,7 +226,7 @@ async def _started(move: Callable[..., Awaitable[Move]], value: float, **dynamic
 
 
 def _state(status: AxisStatus, control: int, override: float | None) -> dict[str, Any]:
-    """A row of the table without name and unit."""
+    """Return a row of the table without name and unit."""
     error = status.error_code
     row = NcError.of(error) if error else None
     return {

@@ -221,12 +221,12 @@ class BusHandlers:
             await subscription.pause(every)
 
     async def state(self, master: Target, station: int) -> str | None:
-        """The state of a slave on its bus; None if the master does not report it."""
+        """Return the state of a slave on its bus; None if the master does not report it."""
         states = await _maybe(master.read_raw(_STATES, station, 2), "<2B")
         return None if states is None else _STATE_NAMES.get(states[0] & 0xF, "none")
 
     async def slave(self, station: int) -> tuple[Target, Target]:
-        """The master and the slave of that address. Raises CallError without one."""
+        """Return the master and the slave of that address. Raises CallError without one."""
         for _, master in await self._masters():
             if station in await self._stations(master):
                 return master, master.at_port(station)

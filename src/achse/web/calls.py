@@ -81,7 +81,7 @@ def handlers_of(
 
 
 def calls_of(watched: WatchedTarget, handlers: TargetHandlers) -> dict[str, PageCall]:
-    """The calls about a target, by name."""
+    """Return the calls about a target, by name."""
     return {
         "hello": PageCall(watched.hello),
         "axes.do": PageCall(handlers.axes.do, Right.WRITE, of_page=True),

@@ -85,7 +85,7 @@ class DriveObjectHandlers:
 
 
 async def _list(slave: Target, index: int, form: str) -> list[int]:
-    """The entries of an object that begins with their count; none without it."""
+    """Return the entries of an object that begins with their count; none without it."""
     size, offset = struct.calcsize(form), index << 16
     try:
         count = (await slave.read_raw(SDO, offset, 1))[0]
@@ -96,7 +96,7 @@ async def _list(slave: Target, index: int, form: str) -> list[int]:
 
 
 async def _read(slave: Target, row: ObjectRow) -> float | None:
-    """The value; None if the drive has no such object, or one of another size."""
+    """Return the value; None if the drive has no such object, or one of another size."""
     size = row.type.bits // 8
     try:
         data = await slave.read_raw(SDO, row.index << 16 | row.subindex, size)
@@ -113,7 +113,7 @@ def _found(key: str, rows: list[ObjectRow]) -> ObjectRow:
 
 
 def _packed(row: ObjectRow, value: Any) -> bytes:
-    """The value as the drive takes it."""
+    """Return the value as the drive takes it."""
     number = isinstance(value, int | float) and not isinstance(value, bool)
     if number and not row.type.is_real and isinstance(value, float) and value.is_integer():
         value = int(value)

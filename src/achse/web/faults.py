@@ -112,7 +112,7 @@ class FaultHandlers:
 
 
 def _rows_of(kinds: FaultKinds[Any], family: str) -> list[dict[str, Any]]:
-    """The kinds of a family as pages know them."""
+    """Return the kinds of a family as pages know them."""
     rows = []
     for kind in kinds:
         model = kinds.kinds[kind]

@@ -39,7 +39,7 @@ class JournalHandlers:
 
 
 def message_of(data: bytes) -> dict[str, Any] | None:
-    """A message of the logger as a line; None if the bytes are not one."""
+    """Return a message of the logger as a line; None if the bytes are not one."""
     if len(data) < _HEADER.size:
         return None
     filetime, kind, port, sender, length = _HEADER.unpack_from(data)

@@ -124,7 +124,7 @@ class QuietServer(uvicorn.Server):
 
 
 def listen(host: str, port: int) -> socket.socket:
-    """A socket that listens there. Raises OSError."""
+    """Return a socket that listens there. Raises OSError."""
     family, *_, where = socket.getaddrinfo(
         host, port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE
     )[0]
@@ -143,7 +143,7 @@ def listen(host: str, port: int) -> socket.socket:
 
 
 def server_for(app: Any, most_bytes: int) -> QuietServer:
-    """A server for an application; messages of pages have at most so many bytes."""
+    """Return a server for an application; messages of pages have at most so many bytes."""
     return QuietServer(
         uvicorn.Config(
             app,

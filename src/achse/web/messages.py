@@ -51,7 +51,7 @@ def request_of(text: str) -> tuple[int | str, str, dict[str, Any]]:
 
 
 def error_of(failure: Exception) -> dict[str, Any]:
-    """An error as the page shows it: text, code, name, link."""
+    """Return an error as the page shows it: text, code, name, link."""
     code = getattr(failure, "code", None) if isinstance(failure, AdsError) else None
     row = None if not code else code_of(code)
     return {

@@ -20,7 +20,8 @@ class MixedRows(NamedTuple):
 
 
 def channels_of(blocks: Sequence[ScopeBlock]) -> list[tuple[ScopeChannel, ScopeType, int]]:
-    """The channels of all blocks with type and sample time in ns, in the order of their columns."""
+    """Return the channels of all blocks with type and sample time in ns, in the order of their
+    columns."""
     return [
         (channel, type, block.step_ns)
         for block in blocks
@@ -55,7 +56,7 @@ def _times(block: ScopeBlock) -> range:
 def _rows(
     blocks: Sequence[ScopeBlock], next_rows: list[int], times: list[int], zero_ns: int
 ) -> MixedRows:
-    """The columns at these times; `next_rows` are those with which the blocks go on."""
+    """Return the columns at these times; `next_rows` are those with which the blocks go on."""
     places = {time: place for place, time in enumerate(times)}
     parts = [array("d", [(time - zero_ns) / 1e9 for time in times]).tobytes()]
     for number, block in enumerate(blocks):

@@ -52,7 +52,7 @@ class Pages:
         }
 
     def find(self, path: str) -> Page | None:
-        """The file of that path, as `scope/charts.js`; None without one."""
+        """Return the file of that path, as `scope/charts.js`; None without one."""
         name = path.strip("/") or "index.html"
         if name not in self.names:
             return None

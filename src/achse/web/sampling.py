@@ -86,7 +86,7 @@ class TriggerWatch:
         self._before: bool | None = None
 
     def first(self, rows: SampleRows, width: int) -> int | None:
-        """The first row that fires it; None without one."""
+        """Return the first row that fires it; None without one."""
         band, first_row = self._band, None
         words = memoryview(rows.rows).cast("q")
         for row, word in enumerate(words[self._number :: width].tolist()):
@@ -310,5 +310,5 @@ def _joined(ready: deque[SampleRows], step_ns: int) -> SampleRows:
 
 
 def described(channel: ScopeChannel, type: ScopeType) -> dict[str, Any]:
-    """A channel as pages know it."""
+    """Return a channel as pages know it."""
     return {"name": channel.name, "unit": channel.unit, "type": type.name}

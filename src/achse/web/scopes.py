@@ -236,7 +236,7 @@ class ScopeHandlers:
         return {}
 
     def _zero_at(self, time_ns: int) -> int:
-        """The moment from which all times count: that of the first sample of this server."""
+        """Return the moment from which all times count: that of the first sample of this server."""
         if self._zero is None and time_ns:
             self._zero = time_ns // 1_000_000_000 * 1_000_000_000
         return self._zero or 0
@@ -258,7 +258,7 @@ class ScopeHandlers:
         )
 
     async def _cycle(self, requested: float) -> float:
-        """The cycle in whole ticks of a station."""
+        """Return the cycle in whole ticks of a station."""
         try:
             tick = float((await self._watched.statistics())["tick"])
         except AdsError:

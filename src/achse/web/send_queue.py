@@ -150,7 +150,7 @@ class PageSendQueue:
         self._gaps.discard(scope)
 
     async def take(self) -> str | bytes:
-        """The next message: answers first, then states, lines, and a block."""
+        """Return the next message: answers first, then states, lines, and a block."""
         while True:
             message = self._next()
             if message is not None:

@@ -99,7 +99,7 @@ class WebServer:
         return f"http://{host}:{self.port}/{token}"
 
     def app(self, port: int = 0) -> "Starlette":
-        """The ASGI application alone. Raises WebExtraMissing."""
+        """Return the ASGI application alone. Raises WebExtraMissing."""
         try:
             from achse.web.app import web_app
         except ImportError:

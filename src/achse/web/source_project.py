@@ -102,7 +102,7 @@ class SourceProject:
         return [{"file": name, "errors": errors.get(file, 0)} for file, name in self._files()]
 
     def read(self, name: str) -> dict[str, Any]:
-        """The code of a file as it is on disk; a draft of it is dropped."""
+        """Return the code of a file as it is on disk; a draft of it is dropped."""
         self._look()
         file = self._file(name)
         content = _content(file, name)
@@ -116,14 +116,14 @@ class SourceProject:
         }
 
     def drawn(self, name: str, instance: str = "") -> list[DrawnBody]:
-        """The drawn bodies of a file, with values of a block or of its program."""
+        """Return the drawn bodies of a file, with values of a block or of its program."""
         source = self._workspace.source_of(self._file(name))
         units = (one.units for one in self._workspace.sources if one.source is source)
         return drawn_bodies(next(units, ()), instance)
 
     def check(self, name: str, texts: Sequence[str], tag: str = "") -> dict[str, Any]:
-        """The findings with other code in a file, which becomes its draft; `is_changed` if others
-        wrote the file since `tag` was reported."""
+        """Return the findings with other code in a file, which becomes its draft; `is_changed` if
+        others wrote the file since `tag` was reported."""
         file = self._file(name)
         content = _content(file, name)
         draft = _edited(content, texts, file, name)
@@ -158,7 +158,8 @@ class SourceProject:
         self._workspace.reread(file)
 
     def findings(self) -> dict[str, Any]:
-        """The findings of the project: their number by kind, and the first of them as rows."""
+        """Return the findings of the project: their number by kind, and the first of them as
+        rows."""
         findings = self._workspace.findings
         sections: dict[Path, tuple[CodeSection, ...]] = {}
         rows: list[dict[str, Any]] = []

@@ -53,7 +53,7 @@ class TableHandlers:
 
 
 async def _ends(table: RemoteTable) -> tuple[float, float]:
-    """The least and the greatest master position."""
+    """Return the least and the greatest master position."""
     facts = await table.facts()
     if facts.kind.name == "MOTION_FUNCTION":
         points = await table.read_points()

@@ -24,7 +24,7 @@ ServiceRows = Callable[[], Mapping[int, Sequence[RowFacts]]]
 
 
 def rows_of_demo() -> Mapping[int, Sequence[RowFacts]]:
-    """The rows of our own devices: the same numbers mean the same on a real target."""
+    """Return the rows of our own devices: the same numbers mean the same on a real target."""
     from achse.monitor.names import rows_of
     from achse.station import Station
 

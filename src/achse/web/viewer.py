@@ -36,7 +36,7 @@ class Wire(Protocol):
     """The WebSocket of a page."""
 
     async def receive(self) -> str | None:
-        """The next text; None at the end."""
+        """Return the next text; None at the end."""
         ...
 
     async def send(self, message: str | bytes) -> None:
@@ -57,7 +57,7 @@ class PageEnd(Protocol):
     def scopes(self) -> dict[int, OpenScope]: ...
 
     def next_scope(self) -> int:
-        """The number of another scope of the page."""
+        """Return the number of another scope of the page."""
         ...
 
 
@@ -102,7 +102,7 @@ class Viewer:
         self._watches.clear()
 
     def next_scope(self) -> int:
-        """A number from 1 that no open scope of the page has."""
+        """Return a number from 1 that no open scope of the page has."""
         while True:
             self._last_scope = self._last_scope % 0xFFFF + 1
             if self._last_scope not in self.scopes:

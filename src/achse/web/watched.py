@@ -48,7 +48,7 @@ class WatchedTarget:
         return bool(self.rights & Right.WRITE)
 
     def device(self, port: int) -> Target:
-        """The device at an AMS port of the target."""
+        """Return the device at an AMS port of the target."""
         return self.client.at_port(port)
 
     # whether it is reached -------------------------------------------------------------------
@@ -98,7 +98,7 @@ class WatchedTarget:
     # what it is ------------------------------------------------------------------------------
 
     async def statistics(self) -> dict[str, Any]:
-        """The figures of an achse station. Raises AdsError for other targets."""
+        """Return the figures of an achse station. Raises AdsError for other targets."""
         data = await self.device(STATION_PORT).read_raw(STATISTICS, 0, LONGEST_TEXT)
         figures: dict[str, Any] = json.loads(data)
         return figures

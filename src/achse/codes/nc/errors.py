@@ -26,7 +26,7 @@ class NcError(IntEnum):
 
     @staticmethod
     def of(number: int) -> "NcError | None":
-        """The error with this number, or None if no table names it."""
+        """Return the error with this number, or None if no table names it."""
         try:
             return NcError(number)
         except ValueError:

@@ -76,7 +76,7 @@ def by_name(rows: Iterable[NcRow]) -> Mapping[str, NcRow]:
 
 
 def of_elements(*rows: NcRow) -> Iterator[NcRow]:
-    """The rows at 0x00n0_0000 + offset for each sub-element n of an axis."""
+    """Yield the rows at 0x00n0_0000 + offset for each sub-element n of an axis."""
     for row in rows:
         yield row._replace(per_element=True)
 
@@ -89,7 +89,7 @@ def at_axis(
     without: Container[int] = (),
     read_only: Container[int] = (),
 ) -> Iterator[NcRow]:
-    """The rows of an encoder, controller or drive as the axis shows them: from `first` on.
+    """Yield the rows of an encoder, controller or drive as the axis shows them: from `first` on.
 
     Names begin with `prefix`. The axis does not show all rows, and some for reading only.
     """
@@ -117,7 +117,7 @@ _PART = re.compile(r"(?:(\w+):)?(?:(\d+) )?(\w+)(?:\[(\d+)\])?")
 
 @cache
 def struct_of(layout: str) -> tuple[str, tuple[str, ...]]:
-    """The `struct` format of one layout and the names of its fields, which some have.
+    """Return the `struct` format of one layout and the names of its fields, which some have.
 
     Raises ValueError for a layout of no fixed size.
     """
@@ -151,7 +151,7 @@ def _forms(layout: str) -> tuple[str, ...]:
 
 
 def _aligned(layout: str) -> str:
-    """A structure of named fields with the gaps that put each on a multiple of its size."""
+    """Return a structure of named fields with the gaps that put each on a multiple of its size."""
     if not _NAMED.fullmatch(layout):
         return layout
     end, placed = 0, []

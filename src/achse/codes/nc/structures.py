@@ -97,7 +97,7 @@ FROM_PLC = (
 
 
 def _tc2() -> tuple[StructureMember, ...]:
-    """The members of TwinCAT 2: up to CmdState, the control loops before the positions."""
+    """Return the members of TwinCAT 2: up to CmdState, the control loops before the positions."""
     names = [member.name for member in TO_PLC]
     positions, loops, turns = map(
         names.index, ("ActPos", "ActiveControlLoopIndex", "ModuloActTurns")
@@ -120,7 +120,8 @@ _BYTES = {"BOOL": 1, "BYTE": 1, "USINT": 1}
 
 
 def _layout(members: Iterable[StructureMember], size: int, *, aligned: bool) -> str:
-    """The layout in `size` bytes; a value that is there twice has its name at its first place."""
+    """Return the layout in `size` bytes; a value that is there twice has its name at its first
+    place."""
     parts: list[str] = []
     named: set[str] = set()
     end = gap = 0

@@ -65,7 +65,7 @@ def named_rows(group: int) -> Mapping[str, NcRow]:
 
 
 def every_row() -> Iterator[tuple[int, NcRow]]:
-    """Every row behind its index group."""
+    """Yield every row behind its index group."""
     for group in GROUPS:
         for row in rows_of(group):
             yield group, row

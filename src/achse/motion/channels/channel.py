@@ -66,7 +66,7 @@ class NcChannel:
         return False
 
     def digest(self) -> bytes:
-        """All that decides what the channel does next, as bytes."""
+        """Return all that decides what the channel does next, as bytes."""
         return repr((self._override, self.spindle_override)).encode()
 
 

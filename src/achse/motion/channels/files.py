@@ -67,7 +67,7 @@ class ChannelFiles:
         return self.store.save(name, json.dumps(parts))
 
     def load_snapshot(self, name: str, mask: int) -> int:
-        """The parts that the mask names, from a file (0x25); all or nothing."""
+        """Return the parts that the mask names, from a file (0x25); all or nothing."""
         if not _is_name(name) or mask & ~SNAPSHOT_PARTS:
             return NcError.CHANNEL_START_PARAMETER
         text = self.store.read(name)

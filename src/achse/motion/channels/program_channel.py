@@ -152,7 +152,7 @@ class ProgramChannel(ProgramStates):
         return self._resume(skip=False)
 
     def skip(self) -> int:
-        """The same, but the block at fault is left out (0x13)."""
+        """Return the same, but the block at fault is left out (0x13)."""
         return self._resume(skip=True)
 
     def _resume(self, *, skip: bool) -> int:
@@ -362,7 +362,7 @@ class ProgramChannel(ProgramStates):
         self._end_program()
 
     def digest(self) -> bytes:
-        """All that decides what the channel does next, as bytes."""
+        """Return all that decides what the channel does next, as bytes."""
         outputs = self.outputs
         own = (
             self.state,

@@ -69,7 +69,7 @@ class ProgramSettings:
         return replace(self, path=path)
 
     def limits(self, own: PathLimits, place: int) -> PathLimits:
-        """The limits of an axis with them; places 0 to 2 are X, Y, Z."""
+        """Return the limits of an axis with them; places 0 to 2 are X, Y, Z."""
         part = self.dynamic_override
         return replace(
             own,
@@ -98,7 +98,7 @@ def segment_of(move: Moving, end: Sequence[float], feed: float) -> PathLine | Pa
 
 
 def arc_geometry(move: ArcMove) -> ArcGeometry:
-    """An arc of the interpreter as one of the path."""
+    """Return an arc of the interpreter as one of the path."""
     x, y, z = move.normal
     a, b, c = (at - centre for at, centre in zip(move.start, move.centre, strict=True))
     return ArcGeometry(

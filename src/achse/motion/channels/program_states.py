@@ -84,7 +84,7 @@ class ProgramStates(NcChannel):
         return "" if self.program is None else self.program.name
 
     def line_at(self, index: int) -> str:
-        """The line of the loaded program at a text index; empty behind the end."""
+        """Return the line of the loaded program at a text index; empty behind the end."""
         program = self.program
         if program is None or not 0 <= index < len(program.text):
             return ""
@@ -136,7 +136,7 @@ class ProgramStates(NcChannel):
         return 0 if origin is None else origin.counter
 
     def planned_path(self) -> PlannedPath | None:
-        """The path that the loaded program takes, or took; None without a program.
+        """Return the path that the loaded program takes, or took; None without a program.
 
         Before the start it begins where the axes are, and changes with R parameters at a start.
         """

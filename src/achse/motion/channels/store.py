@@ -23,7 +23,7 @@ class ProgramStore:
         self._subroutines: Path | None = None
 
     def path_of(self, name: str) -> Path:
-        """The file of a program in the folder, or in a folder of it. Raises GcodeError."""
+        """Return the file of a program in the folder, or in a folder of it. Raises GcodeError."""
         if len(name) > _LONGEST_NAME:
             raise GcodeError(NcError.PROGRAM_NAME_TOO_LONG, f"at most {_LONGEST_NAME} characters")
         folder = self._programs
@@ -40,11 +40,12 @@ class ProgramStore:
         raise GcodeError(NcError.PROGRAM_OPEN, "no such file in the folder", program=name)
 
     def load(self, name: str) -> PartProgram:
-        """A program by name. Raises GcodeError."""
+        """Return a program by name. Raises GcodeError."""
         return PartProgram.load(self.path_of(name))
 
     def set_subroutine_path(self, name: str) -> int:
-        """A folder, within that of the programs, that is searched first; empty: none (0x06)."""
+        """Return a folder, within that of the programs, that is searched first; empty: none
+        (0x06)."""
         if not name:
             self._subroutines = None
             return 0
@@ -78,7 +79,7 @@ class ProgramStore:
         return 0
 
     def read(self, name: str) -> str | None:
-        """The text of a file, None if there is none."""
+        """Return the text of a file, None if there is none."""
         if self._data is None:
             return self._texts.get(name)
         try:
@@ -88,7 +89,7 @@ class ProgramStore:
 
 
 def _in_any_case(path: Path) -> Path | None:
-    """The file of this name, whatever the case of its letters."""
+    """Return the file of this name, whatever the case of its letters."""
     if path.is_file():
         return path
     if not path.parent.is_dir():

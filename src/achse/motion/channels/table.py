@@ -64,7 +64,7 @@ class Channels:
         return list(self._channels)
 
     def channel(self, channel_id: int) -> NcChannel:
-        """The channel with this id; KeyError if there is none."""
+        """Return the channel with this id; KeyError if there is none."""
         return self._channels[channel_id]
 
     @property

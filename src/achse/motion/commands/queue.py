@@ -73,7 +73,8 @@ def queued_travel(axis: Axis) -> tuple[float, float, float]:
 
 
 def as_resolved_start(axis: Axis, start_type: int, position: float) -> tuple[int, float]:
-    """A start that means something else depending on what was accepted before, as what it is now.
+    """Return a start that means something else depending on what was accepted before, as what it is
+    now.
 
     Additive (6) counts from the last commanded target, reached or not; where a command without end
     is at work, from the set position. Modulo in current direction (1029) goes on as the last

@@ -285,7 +285,7 @@ def _halt_later(axis: Axis, acceleration: float, deceleration: float, jerk: floa
 
 
 def _behind(axis: Axis) -> JobFields:
-    """The job behind those that wait."""
+    """Return the job behind those that wait."""
     return axis.waiting[(axis.buffer.first + axis.buffer.count) % COMMAND_BUFFER]
 
 

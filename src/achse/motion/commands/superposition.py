@@ -179,7 +179,7 @@ def _base_way(compensation: Compensation) -> float:
 
 
 def _fastest(axis: Axis, compensation: Compensation) -> float:
-    """The requested additional velocity, as far as the limits of the axis go.
+    """Return the requested additional velocity, as far as the limits of the axis go.
 
     The additional velocity scales with that of the main motion, so the ratio is what counts.
     """
@@ -192,7 +192,7 @@ def _fastest(axis: Axis, compensation: Compensation) -> float:
 
 
 def _as_possible(compensation: Compensation, limit: float) -> Compensation:
-    """The trapezoid that covers the distance, or as much of it as way and limits allow.
+    """Return the trapezoid that covers the distance, or as much of it as way and limits allow.
 
     A trapezoid with top v over a time T covers v T - v² c / 2, c = 1 / a + 1 / d.
     """

@@ -94,7 +94,7 @@ def linear(points: Points) -> list[CurveSpan]:
 
 
 def spline(points: Points) -> list[CurveSpan]:
-    """The cubic spline through all points that is straight at both ends (natural)."""
+    """Return the cubic spline through all points that is straight at both ends (natural)."""
     lines = linear(points)[:-1]
     widths = [x_next - x for (x, _), (x_next, _) in pairwise(points)]
     bends = _bends(widths, [line.slope for line in lines])

@@ -237,7 +237,7 @@ def _characteristic_share(ax: AxisFields, share: float, spans: Sequence[CurveSpa
 
 
 def _late(ax: AxisFields, output: float) -> float:
-    """The velocity output after its delay."""
+    """Return the velocity output after its delay."""
     drive = ax.drive
     delay = drive.delay
     if delay == 0:
@@ -250,7 +250,7 @@ def _late(ax: AxisFields, output: float) -> float:
 
 
 def _turned(ax: AxisFields, value: float) -> int:
-    """A set value as the drive gets it, whose motor may turn the other way round."""
+    """Return a set value as the drive gets it, whose motor may turn the other way round."""
     return within_32_bits(-value if ax.drive.motor_polarity else value)
 
 

@@ -86,7 +86,7 @@ def adapt_encoder(ax: AxisFields, encoder: EncoderFields, dt: float) -> None:
 
 
 def read_counter(encoder: EncoderFields) -> int:
-    """The software count by way of the hardware's: overflow, masks, directions."""
+    """Return the software count by way of the hardware's: overflow, masks, directions."""
     raw = _raw_count(encoder, encoder.io.data_in1)
     moved = raw - _raw_count(encoder, encoder.data)
     encoder.raw = raw
@@ -109,7 +109,7 @@ def read_counter(encoder: EncoderFields) -> int:
 
 
 def _correct(ax: AxisFields, encoder: EncoderFields, dt: float) -> float:
-    """The correction of the actual position now: of the measuring system and of backlash."""
+    """Return the correction of the actual position now: of the measuring system and of backlash."""
     goal = 0.0
     if encoder.actual_position_correction_enable:
         goal = ax.actual_position_correction

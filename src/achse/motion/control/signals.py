@@ -130,7 +130,7 @@ def _probe_data(encoder: EncoderFields, probe: int) -> int:
 
 
 def _signal(source: int) -> int:
-    """A signal as commanded to the hardware."""
+    """Return a signal as commanded to the hardware."""
     if source == SignalSource.ZERO_PULSE:
         return LATCH_INDEX
     return source if source < LATCH_INDEX else LATCH_DRIVE_DEFINED
@@ -196,7 +196,8 @@ def begin_watch(ax: AxisFields, encoder: EncoderFields) -> None:
 
 
 def _software_pulse(encoder: EncoderFields) -> int:
-    """The first multiple of the sub mask plus 1 on the way of this cycle, else where it began."""
+    """Return the first multiple of the sub mask plus 1 on the way of this cycle, else where it
+    began."""
     turn = encoder.sub_mask + 1
     before = encoder.watched_count
     now = encoder.software_increments

@@ -250,7 +250,7 @@ def _passed(low: float, high: float, place: float) -> bool:
 
 
 def _next_crossing(before: float, now: float, place: float, period: float) -> float:
-    """The first of the places, a period apart, behind `before` on the way to `now`."""
+    """Return the first of the places, a period apart, behind `before` on the way to `now`."""
     ways = min(max((before - place) / period, -_MOST_CYCLES), _MOST_CYCLES)
     if now >= before:
         return place + (floor(ways) + 1) * period

@@ -212,7 +212,7 @@ def update_leading_value(ax: AxisFields, dt: float) -> None:
 
 
 def as_leader(ax: AxisFields) -> AxisFields:
-    """The axis as a follower sees it: for one without followers a copy is the master."""
+    """Return the axis as a follower sees it: for one without followers a copy is the master."""
     if ax.followers:
         return ax
     leader: AxisFields = LAYOUT.plain()

@@ -28,7 +28,7 @@ _MORE = 1.0 + 1e-9
 
 
 def _ratio(ax: AxisFields, place: int) -> float:
-    """The requested ratio."""
+    """Return the requested ratio."""
     if place == 0:
         return ax.gear_ratio_1
     if place == 1:

@@ -241,7 +241,7 @@ COUPLINGS: tuple[Coupling, ...] = (
 
 
 def law_of(number: int) -> Coupling | None:
-    """The law of a slave type; None: there is none."""
+    """Return the law of a slave type; None: there is none."""
     return next((row for row in COUPLINGS if row.number == number), None)
 
 

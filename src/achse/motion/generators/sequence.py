@@ -13,7 +13,7 @@ _STILL = 1e-6
 
 
 def override_share(ax: AxisFields) -> float:
-    """The override in force, 1 = 100 %."""
+    """Return the override in force, 1 = 100 %."""
     ax.profile.override = ax.velocity_override
     share = ax.velocity_override / 1e6
     return share if share < 1.0 else 1.0

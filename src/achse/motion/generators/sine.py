@@ -18,7 +18,8 @@ from achse.motion.setpoints.setpoint import generate
 def _wave(
     angle: float, frequency: float, amplitude: float, dt: float
 ) -> tuple[float, float, float, float, float]:
-    """A sine's phase angle a cycle later, and its way, velocity, acceleration and jerk by then."""
+    """Return a sine's phase angle a cycle later, and its way, velocity, acceleration and jerk by
+    then."""
     if amplitude == 0.0 or frequency == 0.0:
         return angle, 0.0, 0.0, 0.0, 0.0
     omega = 2.0 * pi * frequency

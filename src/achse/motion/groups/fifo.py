@@ -236,7 +236,7 @@ class FifoGroup(AxisGroup):
         return 0.5 * (before + self._pace) * dt
 
     def digest(self) -> bytes:
-        """All that decides what the group does next, as bytes."""
+        """Return all that decides what the group does next, as bytes."""
         own = (self.started, list(self._rows), self._place, self._pace, self._pace_change)
         return super().digest() + repr(own).encode()
 

@@ -244,5 +244,5 @@ class AxisGroup(ABC):
         return self.saf_table_size - self.saf_entry_count
 
     def digest(self) -> bytes:
-        """All that decides what the group does next, as bytes."""
+        """Return all that decides what the group does next, as bytes."""
         return repr((self.ids, self.error_code, self.moving, self.stopping)).encode()

@@ -72,7 +72,7 @@ class KinematicGroup(AxisGroup):
         return NcError.GROUP_PARAMETER
 
     def assign_one(self, axis_id: int, place: int) -> int:
-        """The same."""
+        """Return the same."""
         return NcError.GROUP_PARAMETER
 
     def assign_both(self, mcs: Sequence[int], acs: Sequence[int], *, by_axes: bool = False) -> int:
@@ -265,7 +265,7 @@ class KinematicGroup(AxisGroup):
         return OK
 
     def clear(self) -> int:
-        """The same: nothing waits (0x03)."""
+        """Return the same: nothing waits (0x03)."""
         return self.stop()
 
     def reset(self) -> int:
@@ -302,7 +302,7 @@ class KinematicGroup(AxisGroup):
         return axes if solved else NcError.NUMBER_RANGE_LEFT
 
     def digest(self) -> bytes:
-        """All that decides what the group does next, as bytes."""
+        """Return all that decides what the group does next, as bytes."""
         own = (self._leading_ids, self.by_axes, self._pose, self._velocities)
         return super().digest() + repr(own).encode()
 

@@ -350,7 +350,7 @@ class PathGroup(PathGroupParameters):
         self._homing = None
 
     def _has_lost_axis(self) -> bool:
-        """An axis that homes is not lost."""
+        """Return an axis that homes is not lost."""
         return self._homing is None and super()._has_lost_axis()
 
     @property
@@ -404,7 +404,7 @@ class PathGroup(PathGroupParameters):
         return OK
 
     def clear(self) -> int:
-        """The same: what is to come goes with it (0x03)."""
+        """Return the same: what is to come goes with it (0x03)."""
         return self.stop()
 
     def emergency_stop(self, deceleration: float, jerk: float) -> int:
@@ -464,7 +464,7 @@ class PathGroup(PathGroupParameters):
         return self.planner.entries if self.planner is not None and self.moving else 0
 
     def digest(self) -> bytes:
-        """All that decides what the group does next, as bytes."""
+        """Return all that decides what the group does next, as bytes."""
         planner = self.planner
         own = (self._path, self._number, self.single_block, self._way_before, self._parts)
         there: tuple[object, ...] = ()

@@ -13,7 +13,7 @@ from achse.motion.groups.states import GroupType
 
 
 def _kinematic(parameters: GroupParameters, axes: Mapping[int, Axis]) -> KinematicGroup:
-    """A group with the law that its parameters name."""
+    """Return a group with the law that its parameters name."""
     kinematics = parameters.kinematics
     if kinematics.file is None and kinematics.law not in KINEMATICS:
         raise GroupParametersError(
@@ -65,7 +65,7 @@ class Groups:
         return len(self._groups)
 
     def group(self, group_id: int) -> AxisGroup:
-        """The group with this id; KeyError if there is none."""
+        """Return the group with this id; KeyError if there is none."""
         return self._groups[group_id]
 
     @property

@@ -99,13 +99,13 @@ def make_element(
     sine: Sequence[float] = (0.0, 0.0, 0.0),
     second: Sequence[float] = (0.0, 0.0, 0.0),
 ) -> "array[float]":
-    """The numbers of an element; a sine is its size, turn and lead."""
+    """Return the numbers of an element; a sine is its size, turn and lead."""
     rest = [0.0] * (COEFFICIENTS - len(coefficients))
     degree = max(len(coefficients) - 1, 0)
     return array("d", (begin, rate, degree, *sine, *second, *coefficients, *rest))
 
 
 def elements_of(numbers: "array[float]") -> "Iterator[array[float]]":
-    """Each element of a function by itself."""
+    """Return each element of a function by itself."""
     for at in range(0, len(numbers), ELEMENT):
         yield numbers[at : at + ELEMENT]

@@ -212,7 +212,7 @@ class _Range:
 
 
 def _square_of_acceleration(element: "array[float]", end: float) -> float:
-    """Its integral over the master."""
+    """Return its integral over the master."""
     half = 0.5 * (end - element[BEGIN])
     middle = element[BEGIN] + half
     return half * sum(

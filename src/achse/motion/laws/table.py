@@ -88,7 +88,7 @@ def _part(
 
 
 def _of(*coefficients: float) -> Callable[[Ends], list[_Part]]:
-    """A law from rest to rest that is a polynomial, for a way of 1."""
+    """Return a law from rest to rest that is a polynomial, for a way of 1."""
 
     def law(ends: Ends) -> list[_Part]:
         return [_part(0.0, *(ends.way * each for each in coefficients))]
@@ -97,7 +97,7 @@ def _of(*coefficients: float) -> Callable[[Ends], list[_Part]]:
 
 
 def _scaled(unit: list[_Part]) -> Callable[[Ends], list[_Part]]:
-    """A law that is the same for each way but for its size."""
+    """Return a law that is the same for each way but for its size."""
 
     def law(ends: Ends) -> list[_Part]:
         h = ends.way
@@ -115,7 +115,7 @@ def _scaled(unit: list[_Part]) -> Callable[[Ends], list[_Part]]:
 
 
 def _mirrored(law: Callable[[Ends], list[_Part]]) -> Callable[[Ends], list[_Part]]:
-    """The law run backwards: f(z) = h - g(1 - z)."""
+    """Return the law run backwards: f(z) = h - g(1 - z)."""
 
     def mirror(ends: Ends) -> list[_Part]:
         parts = law(Ends(ends.way, ends.end_velocity, 0.0, 0.0, ends.velocity))
@@ -178,7 +178,8 @@ _MODIFIED_SINE = [
 
 
 def _accelerated(*phases: tuple[float, float, float, float]) -> list[_Part]:
-    """A law from rest whose acceleration is constant + size · sin(4π w + lead), phase by phase.
+    """Return a law from rest whose acceleration is constant + size · sin(4π w + lead), phase by
+    phase.
 
     A phase is its width, the constant, the size and the lead.
     """

@@ -157,7 +157,7 @@ def _show_torque(
 
 
 def _delayed(a: Amplifier, output: float) -> float:
-    """An output after the dead time of the drive."""
+    """Return an output after the dead time of the drive."""
     delay = a.delay
     if delay == 0:
         return output

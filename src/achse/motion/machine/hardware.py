@@ -151,7 +151,7 @@ class Hardware:
         )
 
     def records(self) -> Iterator[View]:
-        """All records, for a hash of the state."""
+        """Yield all records, for a hash of the state."""
         for store in (*self._stores, self._sensors, self._amplifiers):
             yield from store.views
 
@@ -167,7 +167,7 @@ class Hardware:
             write_inputs(machine, rows)
 
     def build(self, sensors: int, amplifiers: int) -> MachineView:
-        """The next machine, with so many sensors and amplifiers."""
+        """Return the next machine, with so many sensors and amplifiers."""
         machines, free_sensors, free_amplifiers = self._free
         machine: MachineView = next(machines)
         machine.sensors = [next(free_sensors) for _ in range(sensors)]

@@ -23,7 +23,7 @@ _FALLEN = 1 << 2
 
 
 def count_at(s: Sensor, place: float) -> int:
-    """The count when the machine is at `place`, without overflow."""
+    """Return the count when the machine is at `place`, without overflow."""
     way = place / s.encoder_resolution
     if s.encoder_inverted:
         way = -way

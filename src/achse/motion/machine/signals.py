@@ -54,7 +54,7 @@ def drive_inputs(machine: Machine) -> int:
 
 
 def _pulse(before: float, now: float, period: float, first: float) -> float:
-    """The first place of those every `period` that is passed on the way."""
+    """Return the first place of those every `period` that is passed on the way."""
     if now > before:
         place = (floor((before - first) / period) + 1) * period + first
         return place if place <= now else NOWHERE

@@ -132,7 +132,7 @@ def _leave_jerk(
 
 
 def _largest_cosine(begin: float, end: float) -> float:
-    """The largest |cos| of angles between two."""
+    """Return the largest |cos| of angles between two."""
     if ceil(min(begin, end) / pi) <= floor(max(begin, end) / pi):
         return 1.0
     return max(fabs(cos(begin)), fabs(cos(end)))
@@ -196,7 +196,8 @@ def _square(x: float) -> float:
 
 
 def _arc_shares(element: PathElement, k: int, i: int) -> tuple[float, float]:
-    """The largest share of an axis in the direction of an arc, and across it; both times radius."""
+    """Return the largest share of an axis in the direction of an arc, and across it; both times
+    radius."""
     x = element.first_radius[i]
     y = element.second_radius[i]
     size = sqrt(x * x + y * y)

@@ -143,7 +143,8 @@ def _make_safe(junctions: Sequence[PathJunction], state: PathState) -> None:
 
 
 def _entry(junction: PathJunction, length: float, speed: float, limit: float) -> float:
-    """The highest velocity, up to a limit, from which the span before a junction leads to a speed.
+    """Return the highest velocity, up to a limit, from which the span before a junction leads to a
+    speed.
 
     The places that are tried are always the same: where more is known, it falls only if a ramp to
     rest is shorter than one to the speed.

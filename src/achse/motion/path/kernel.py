@@ -210,7 +210,7 @@ def _spare(
 
 
 def _straighten(element: PathElement) -> bool:
-    """The line from its begin to its end; False if there is none.
+    """Return the line from its begin to its end; False if there is none.
 
     Its length is that in X, Y, Z; if only auxiliary axes move, theirs.
     """

@@ -106,7 +106,8 @@ def stretch(v: float, a: float, w: float, deceleration: float, jerk: float) -> f
 
 
 def reachable(w: float, length: float, deceleration: float, jerk: float) -> float:
-    """The highest velocity from which, with no acceleration, w is reached within a length."""
+    """Return the highest velocity from which, with no acceleration, w is reached within a
+    length."""
     if length <= 0.0:
         return w
     # with a phase of constant deceleration: (2 w + d) (d / deceleration + lag) = 2 length

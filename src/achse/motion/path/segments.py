@@ -146,7 +146,8 @@ def plane_arc(
     turns: int = 0,
     correct_centre: bool = True,
 ) -> ArcGeometry:
-    """The arc (G2, G3) between points X, Y, Z; a difference along the plane's normal is a helix.
+    """Return the arc (G2, G3) between points X, Y, Z; a difference along the plane's normal is a
+    helix.
 
     `centre` is absolute, in the plane's axes; or `radius`, negative for an arc of more than half a
     turn. `turns` are whole turns besides. An end that is the start is a full circle. PathError if
@@ -205,7 +206,8 @@ def _centre_of(
 def arc_through(
     start: Sequence[float], middle: Sequence[float], end: Sequence[float]
 ) -> ArcGeometry:
-    """The arc in space (CIP) from start through middle to end; PathError for points in a line."""
+    """Return the arc in space (CIP) from start through middle to end; PathError for points in a
+    line."""
     _check_numbers("arc", (*start[:3], *middle[:3], *end[:3]))
     p, q, r = (_vector(point) for point in (start, middle, end))
     a, b = _minus(q, p), _minus(r, p)
@@ -252,7 +254,8 @@ def _cross(a: Vector, b: Vector) -> Vector:
 def rapid_feed(
     begin: Sequence[float], end: Sequence[float], velocities: Sequence[float | None]
 ) -> float:
-    """The feed of a line at which the first axis has its velocity, mm/s; None limits nothing.
+    """Return the feed of a line at which the first axis has its velocity, mm/s; None limits
+    nothing.
 
     X, Y, Z come first. 1 where nothing moves.
     """

@@ -143,7 +143,8 @@ def _passes(
 
 
 def find_rest(junctions: Sequence[PathJunction], state: PathState) -> float:
-    """The way from here on which the path comes to rest with one ramp; ENDLESS if there is none."""
+    """Return the way from here on which the path comes to rest with one ramp; ENDLESS if there is
+    none."""
     x = -state.way if state.backwards else state.way
     v, a = state.velocity, state.acceleration
     down = jerk = ENDLESS

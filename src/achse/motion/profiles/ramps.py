@@ -22,7 +22,7 @@ _SMALL = 1e-4  # ratio of two accelerations below which the rounding error of th
 
 
 def bounded(limit: float) -> float:
-    """The limit, or the nearest one that can be computed with."""
+    """Return the limit, or the nearest one that can be computed with."""
     if limit < _SMALLEST_LIMIT:
         return _SMALLEST_LIMIT
     return limit if limit < _LARGEST_LIMIT else _LARGEST_LIMIT

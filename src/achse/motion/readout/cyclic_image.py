@@ -82,13 +82,14 @@ def _turns(position: float, period: float) -> float:
 
 
 def modulo_of(position: float, period: float) -> float:
-    """The position within its period, as `achse.motion.readout.shown.modulo_place` has it."""
+    """Return the position within its period, as `achse.motion.readout.shown.modulo_place` has
+    it."""
     part = position - _turns(position, period) * period
     return part if 0.0 <= part < period else 0.0
 
 
 def modulo_turns_of(position: float, period: float) -> int:
-    """The low bits of the number of that period."""
+    """Return the low bits of the number of that period."""
     turns = _turns(position, period)
     part = position - turns * period
     if not 0.0 <= part < period:
@@ -97,7 +98,7 @@ def modulo_turns_of(position: float, period: float) -> int:
 
 
 def _user_data(ax: AxisFields) -> float:
-    """The state that the axis's parameter chooses."""
+    """Return the state that the axis's parameter chooses."""
     encoder = ax.encoder
     drive = ax.drive
     chosen = ax.user_data_state_offset

@@ -23,7 +23,7 @@ class ShownField(Field):
 
 
 def modulo_place(position: float, period: float) -> tuple[float, int]:
-    """The position within its period, 0 <= part < period, and the number of that period."""
+    """Return the position within its period, 0 <= part < period, and the number of that period."""
     turns = floor(position / period)
     part = position - turns * period
     if 0.0 <= part < period:

@@ -172,7 +172,7 @@ def take(s: Servo, dt: float) -> None:
 
 
 def _mode_of(s: Servo) -> int:
-    """The mode of the drive for what the axis wants to send."""
+    """Return the mode of the drive for what the axis wants to send."""
     wanted = s.drive.ctrl3
     mode = s.interface
     if wanted == DriveOperationMode.IO_DRIVE_HOMING:
@@ -225,7 +225,7 @@ def _torque(s: Servo, dt: float) -> float:
 
 
 def _put_homing(s: Servo) -> int:
-    """The bit of the controlword by which the drive homes itself."""
+    """Return the bit of the controlword by which the drive homes itself."""
     if s.mode != ServoMode.HM or s.mode_is_active == 0 or s.following == 0:
         s.homing_cycles = 0
         return 0

@@ -86,7 +86,7 @@ class DriveParts:
 
     @classmethod
     def of(cls, config: object) -> "DriveParts":
-        """The parts that the attributes of a configuration name."""
+        """Return the parts that the attributes of a configuration name."""
         return cls(*(bool(getattr(config, each.name)) for each in fields(cls)))
 
     def has(self, part: OptionalPart) -> bool:

@@ -27,7 +27,7 @@ _FAULT_RESET = 0x80
 
 
 def power_of(statusword: int) -> int:
-    """The state that a statusword shows."""
+    """Return the state that a statusword shows."""
     low = statusword & 0x4F
     if low == 0x40:
         return DISABLED
@@ -46,7 +46,7 @@ def power_of(statusword: int) -> int:
 
 
 def command(s: Servo) -> int:
-    """The controlword of this cycle.
+    """Return the controlword of this cycle.
 
     A fault is reset by an edge: it needs a cycle without the bit first, and it is tried as long as
     the drive shows the fault, at most `reset_limit` cycles.

@@ -25,7 +25,8 @@ _FULL_MASK = 0xFFFF_FFFF
 
 
 def _wanted(control: int) -> int:
-    """The byte of 60B8h for what the axis waits for: rising edge in bits 0..3, falling in 4..7."""
+    """Return the byte of 60B8h for what the axis waits for: rising edge in bits 0..3, falling in
+    4..7."""
     if control == 0:
         return 0
     function = _ENABLE
@@ -42,7 +43,7 @@ def _wanted(control: int) -> int:
 
 
 def _homing(control: int) -> int:
-    """The same for the latch of a homing, which waits for one edge."""
+    """Return the same for the latch of a homing, which waits for one edge."""
     signal = control & _SIGNAL
     return signal << 4 if control & LATCH_FALLING else signal
 

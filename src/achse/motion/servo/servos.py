@@ -196,7 +196,7 @@ class Servos:
         return address, count, address, count * SERVO.words
 
     def digest(self) -> bytes:
-        """The whole state, for a hash; the images are copies of what is on the bus."""
+        """Return the whole state, for a hash; the images are copies of what is on the bus."""
         return b"".join(servo.pack() for servo in self.servos)
 
 
@@ -229,7 +229,7 @@ _MODE_S = 0.05
 def _checked(
     entries: Sequence[ProcessEntry], known: dict[int, ServoObject], size: int, what: str
 ) -> dict[int, ProcessEntry]:
-    """The entries that an axis knows, by object; each within the image and of its size."""
+    """Return the entries that an axis knows, by object; each within the image and of its size."""
     known_entries: dict[int, ProcessEntry] = {}
     for entry in entries:
         row = known.get(entry.index)
@@ -286,7 +286,7 @@ def _form(row: ServoObject) -> str:
 def _reader(
     servo: Servo, rows: list[tuple[ServoObject, int]], image: bytearray
 ) -> Callable[[], None]:
-    """A function that takes the inputs of one drive out of the image."""
+    """Return a function that takes the inputs of one drive out of the image."""
     parts = [(struct.Struct("<" + _form(row)).unpack_from, at, row.field) for row, at in rows]
 
     def read() -> None:
@@ -299,7 +299,7 @@ def _reader(
 def _writer(
     servo: Servo, rows: list[tuple[ServoObject, int]], image: bytearray
 ) -> Callable[[], None]:
-    """A function that puts the outputs of one drive into the image."""
+    """Return a function that puts the outputs of one drive into the image."""
     parts = [
         (struct.Struct("<" + _form(row)).pack_into, at, attrgetter(row.field)) for row, at in rows
     ]

@@ -21,7 +21,7 @@ _FAR = 1e15
 
 
 def modulo_part(position: float, period: float) -> float:
-    """The position within its period: 0 <= part < period."""
+    """Return the position within its period: 0 <= part < period."""
     part = position - floor(position / period) * period
     if part < 0.0 or part >= period:
         return 0.0
@@ -29,7 +29,7 @@ def modulo_part(position: float, period: float) -> float:
 
 
 def resolve_target(ax: AxisFields, start_type: int, position: float, start: float) -> float:
-    """The absolute target of a start from `start`.
+    """Return the absolute target of a start from `start`.
 
     Type 5 (old form): the sign gives the direction, whole periods in the value are extra turns.
     Types 517 and 773 go straight back when the target is behind within the tolerance window.

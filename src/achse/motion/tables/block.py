@@ -35,7 +35,7 @@ _REACH = 3
 
 
 def block_size(table: Table) -> int:
-    """Numbers of its block."""
+    """Return numbers of its block."""
     if table.of_points:
         return HEADER + len(table.function())
     return HEADER + SPAN * table.row_count

@@ -57,7 +57,7 @@ class MotionPoint(NamedTuple):
 
 
 def _path(points: Sequence[MotionPoint]) -> Iterator[tuple[int, MotionPoint]]:
-    """The points of the function in their order, with their rows."""
+    """Yield the points of the function in their order, with their rows."""
     last = len(points) - 1
     row = 0
     while row <= last and points[row].point_type == IGNORED:
@@ -78,7 +78,7 @@ def _path(points: Sequence[MotionPoint]) -> Iterator[tuple[int, MotionPoint]]:
 
 
 def function_elements(points: Sequence[MotionPoint]) -> "array[float]":
-    """The elements of a motion function (`achse.motion.laws.element`).
+    """Return the elements of a motion function (`achse.motion.laws.element`).
 
     Raises TableError: 0x4A23 fewer than two points, 0x4A06 master positions that do not rise,
     0x4A1F a segment that leads nowhere, 0x4A08 a function type that is not known, 0x4A1C numbers
@@ -136,7 +136,8 @@ def values_at(numbers: "array[float]", place: float) -> tuple[float, float, floa
 
 
 def survey_function(numbers: "array[float]") -> list[float]:
-    """The characteristic values of a motion function in the order of `achse.motion.tables.survey`.
+    """Return the characteristic values of a motion function in the order of
+    `achse.motion.tables.survey`.
 
     Master velocity 1; what the slave demands is exact, see `achse.motion.laws.extremes`.
     """

@@ -97,8 +97,8 @@ class CamCurve:
         return low, high
 
     def _scan(self, row: int, step: int, low: float, high: float) -> tuple[int, float, float]:
-        """The first row from one on that comes to values from `low` to `high`, -1: none; least and
-        greatest value on the way there."""
+        """Return the first row from one on that comes to values from `low` to `high`, -1: none;
+        least and greatest value on the way there."""
         results = array("d", [0.0, 0.0, 0.0])
         rest = self._rows, self._count, row, step, low, high
         if self._count >= _WORTH_MACHINE_CODE and SCANNING.available:
@@ -207,7 +207,8 @@ def scan(
 
 
 def nearest(curve: MonotoneCurve, value: float, start: float) -> tuple[Crossing | None, ...]:
-    """The nearest solutions at or below a master position and at or above it; None: there is none.
+    """Return the nearest solutions at or below a master position and at or above it; None: there is
+    none.
 
     A cyclic curve goes on to both sides, with its lift.
     """
@@ -238,7 +239,7 @@ def _towards(
 def _cycles(
     curve: MonotoneCurve, value: float, cycle: int, low: float, high: float, backwards: bool
 ) -> list[int]:
-    """The cycle of the start, and the next one in which the value occurs."""
+    """Return the cycle of the start, and the next one in which the value occurs."""
     step = -1 if backwards else 1
     if abs(curve.stroke) < _NEARLY:
         return [cycle, cycle + step]
@@ -250,7 +251,7 @@ def _cycles(
 
 
 def _within(curve: MonotoneCurve, value: float, place: float, backwards: bool) -> float | None:
-    """The nearest solution of one cycle from a place on."""
+    """Return the nearest solution of one cycle from a place on."""
     before: float | None = None
     reach = _NEARLY * max(1.0, abs(value))
     for stop in curve.turns(backwards, place, value - 2.0 * reach, value + 2.0 * reach):

@@ -78,7 +78,7 @@ class Tables:
         return sorted(self._tables)
 
     def find(self, table_id: int) -> Table:
-        """The table with this id; TableError 0x4261 if there is none."""
+        """Return the table with this id; TableError 0x4261 if there is none."""
         try:
             return self._tables[table_id]
         except KeyError:
@@ -87,7 +87,8 @@ class Tables:
     def create(
         self, table_id: int, main_type: TableType, sub_type: int, rows: int, columns: int
     ) -> Table:
-        """A new table, all 0. Raises TableError: 0x4063, 0x4A00, 0x4A02, 0x4A03, 0x4A07, 0x4A11."""
+        """Return a new table, all 0. Raises TableError: 0x4063, 0x4A00, 0x4A02, 0x4A03, 0x4A07,
+        0x4A11."""
         if table_id in self._tables:
             raise TableError(NcError.TABLE_EXISTS, f"table {table_id} is there already")
         created = (self._tables[each] for each in self._created_ids)
@@ -398,7 +399,7 @@ class Tables:
         return self._newest.get(key, self._blocks[key])
 
     def characteristic_values(self, table: Table, velocity: float) -> list[float]:
-        """The values of `achse.motion.tables.survey` at a master velocity.
+        """Return the values of `achse.motion.tables.survey` at a master velocity.
 
         Rows are joined as slaves join them, else by a spline through all that there can be one of.
         Raises TableError if the table is not a function.
@@ -416,8 +417,9 @@ class Tables:
     def nearest(
         self, table: Table, value: float, start: float
     ) -> tuple[Crossing | None, Crossing | None]:
-        """The nearest master positions at or below `start`, and at or above, where the slave is at
-        `value`; rows are joined as slaves join them, else by straight lines. Raises TableError."""
+        """Return the nearest master positions at or below `start`, and at or above, where the slave
+        is at `value`; rows are joined as slaves join them, else by straight lines. Raises
+        TableError."""
         if table.of_points:
             below, above = nearest(FunctionCurve(table.function(), table.cyclic), value, start)
             return below, above
@@ -426,7 +428,7 @@ class Tables:
         return below, above
 
     def _joined(self, table: Table, otherwise: CamInterpolation) -> tuple[CamMemory, int]:
-        """A table as slaves use it, else joined `otherwise` if it has the rows for it."""
+        """Return a table as slaves use it, else joined `otherwise` if it has the rows for it."""
         for key, begin in self._blocks.items():
             if key[0] == table.table_id:
                 return self.cams, begin

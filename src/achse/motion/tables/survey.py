@@ -202,7 +202,8 @@ def survey(cams: Sequence[float], first: int, results: MutableSequence[float]) -
 def survey_curve(
     parts: Iterable[tuple[float, float, Callable[[float], CurveValues]]],
 ) -> list[float]:
-    """The same of any curve: begin, end and values of each part, which are smooth within it."""
+    """Return the same of any curve: begin, end and values of each part, which are smooth within
+    it."""
     results = [0.0] * VALUES
     begin_survey(results)
     begins: list[tuple[float, CurveValues]] = []
@@ -255,7 +256,7 @@ def _extremes(
 
 
 def at_velocity(results: Sequence[float], velocity: float) -> list[float]:
-    """The values of a survey at another master velocity."""
+    """Return the values of a survey at another master velocity."""
     if velocity < 0.0:
         raise ValueError(f"master velocity {velocity:g}, expected 0 or more")
     values = list(results)

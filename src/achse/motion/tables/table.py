@@ -186,8 +186,8 @@ class Table:
         return self.table_sub_type in EQUIDISTANT
 
     def places(self, low: int = 0, high: int | None = None) -> "array[float]":
-        """The first column as it is read, or the numbers of the rows where there is but one; of
-        the rows from `low` to `high`, which is not among them.
+        """Return the first column as it is read, or the numbers of the rows where there is but one;
+        of the rows from `low` to `high`, which is not among them.
 
         Of a motion function its first and last place. Raises TableError if its points are none.
         """
@@ -210,7 +210,8 @@ class Table:
         return raw
 
     def slaves(self, low: int = 0, high: int | None = None) -> "array[float]":
-        """The second column as it is read, or the only one; of a motion function as `places`."""
+        """Return the second column as it is read, or the only one; of a motion function as
+        `places`."""
         if self.of_points:
             elements = self.function()
             first, *_ = values_at(elements, elements[BEGIN])
@@ -229,12 +230,12 @@ class Table:
         return raw
 
     def _column(self, column: int, low: int, high: int) -> "array[float]":
-        """Numbers of a column, as they were written."""
+        """Return numbers of a column, as they were written."""
         columns = self.column_count
         return self.values[low * columns + column : high * columns : columns]
 
     def function(self) -> "array[float]":
-        """The elements of a motion function, of the points in its first column.
+        """Return the elements of a motion function, of the points in its first column.
 
         Raises TableError if they are none, see `achse.motion.tables.function`.
         """
@@ -268,7 +269,7 @@ class Table:
         return slaves[-1] - slaves[0]
 
     def _ends(self, column: "Callable[[int, int], array[float]]") -> "array[float]":
-        """A column in its first and its last row."""
+        """Return a column in its first and its last row."""
         if self.of_points:
             return column(0, 0)
         return column(0, 1) + column(self.row_count - 1, self.row_count)
@@ -332,7 +333,7 @@ class Table:
         return list(zip(*self.checked(), strict=True))
 
     def curve(self, interpolation: int = CharacteristicInterpolation.LINEAR) -> list[CurveSpan]:
-        """The characteristic that the points are.
+        """Return the characteristic that the points are.
 
         Raises TableError, 0x4262 if the table is none, 0x4A21 for a spline through 2 points.
         """

@@ -42,7 +42,7 @@ class TableTextError(ValueError):
 
 
 def content_of(text: str) -> TableContent:
-    """The rows of a cam, or the points of a motion function. Raises TableTextError."""
+    """Return the rows of a cam, or the points of a motion function. Raises TableTextError."""
     lines = [
         (number, stripped)
         for number, line in enumerate(text.splitlines(), 1)
@@ -69,7 +69,7 @@ def content_of(text: str) -> TableContent:
 
 
 def _divided(line: str) -> list[str]:
-    """The words of a line."""
+    """Return the words of a line."""
     if ";" in line or "\t" in line:
         line = line.replace(",", ".")
         words = re.split(r"\s*[;\t]\s*", line)
@@ -103,7 +103,7 @@ def _numbers(number: int, line: str) -> list[float]:
 
 
 def _without_sizes(rows: list[_Row], count: int, columns: int) -> list[_Row]:
-    """The rows behind a first line that may be one of sizes."""
+    """Return the rows behind a first line that may be one of sizes."""
     number, first = rows[0]
     others = rows[1:]
     if len(others) != count:
@@ -133,7 +133,7 @@ def _point(number: int, fields: dict[str, float]) -> MotionPoint:
 
 
 def text_of(content: TableContent) -> str:
-    """The text of a table: names, then a line for each row, exactly as the numbers are."""
+    """Return the text of a table: names, then a line for each row, exactly as the numbers are."""
     rows = [_row(each) for each in content]
     lines = [",".join(map(repr, row)) for row in rows]
     return "\n".join([",".join(NAMES[: len(rows[0]) if rows else 2]), *lines, ""])

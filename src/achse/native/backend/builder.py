@@ -131,11 +131,11 @@ class FunctionBuilder(Instructions):
     # -- local variables ---------------------------------------------------------------------
 
     def variable(self, type: MachineType) -> LocalVariable:
-        """A local variable, without a value until it is set."""
+        """Return a local variable, without a value until it is set."""
         return LocalVariable(type, self._slot(type.llvm, _WORD))
 
     def get(self, variable: LocalVariable) -> Operand:
-        """The present value of a local variable."""
+        """Return the present value of a local variable."""
         type = variable.type
         return self.emit(type, f"load {type.llvm}, ptr {variable.text}")
 
@@ -145,7 +145,8 @@ class FunctionBuilder(Instructions):
         self._add(f"store {value.typed}, ptr {variable.text}")
 
     def buffer(self, size: int) -> Operand:
-        """The address of `size` bytes that last as long as the call; what they hold is open."""
+        """Return the address of `size` bytes that last as long as the call; what they hold is
+        open."""
         return Operand(ADDRESS, self._slot(f"[{size} x i8], align 8", size))
 
     def _slot(self, what: str, size: int) -> str:
@@ -182,7 +183,8 @@ class FunctionBuilder(Instructions):
         aligned: bool = False,
         lasting: bool = False,
     ) -> Operand:
-        """The value at `base` and `offset` bytes, low byte first; a byte other than 0 is true.
+        """Return the value at `base` and `offset` bytes, low byte first; a byte other than 0 is
+        true.
 
         `aligned` says that the address is a multiple of the size, `lasting` that nothing is written
         there while the machine code runs: what was loaded once need not be loaded again.
@@ -463,7 +465,7 @@ class FunctionBuilder(Instructions):
             self._add(f"store i64 {_DEPTH_BEFORE}, ptr {DEPTH}")
 
     def named(self, name: str, value: Operand) -> Operand:
-        """The same value under a name that was used before it was there: see `opening`."""
+        """Return the same value under a name that was used before it was there: see `opening`."""
         same = "add {}, 0" if value.type.is_whole else "getelementptr i8, {}, i64 0"
         self._add(f"%{name} = {same.format(value.typed)}")
         return Operand(value.type, f"%{name}")
@@ -476,7 +478,7 @@ class FunctionBuilder(Instructions):
         return self._deep
 
     def text(self, *, checked: bool = False) -> str:
-        """The function as LLVM assembly.
+        """Return the function as LLVM assembly.
 
         `checked`: functions of the module check the stack; those that Python calls make sure that
         it is the right one.

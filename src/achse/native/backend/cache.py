@@ -53,7 +53,7 @@ class ObjectCache:
         """File of the machine code, which need not exist."""
 
     def load(self) -> bytes | None:
-        """The object file; None if it is not there, or not as it was put there.
+        """Return the object file; None if it is not there, or not as it was put there.
 
         One in a folder that others own or may write to is not loaded, nor one of theirs.
         """

@@ -71,12 +71,12 @@ class Instructions:
         self._lines.append(f"  {line}")
 
     def label(self) -> str:
-        """A fresh label, for `begin` and for jumps to it before or after that."""
+        """Return a fresh label, for `begin` and for jumps to it before or after that."""
         self._count += 1
         return f"b{self._count}"
 
     def constant(self, type: MachineType, number: float) -> Operand:
-        """A number; InstructionError if the type cannot hold it."""
+        """Return a number; InstructionError if the type cannot hold it."""
         if type.is_real:
             return Operand(type, _real(number, type))
         if type is BOOL and number in (False, True):
@@ -119,7 +119,7 @@ class Instructions:
         return self.emit(a.type, f"{operation} {a.typed}, {self._divisor(b).text}")
 
     def _divisor(self, b: Operand) -> Operand:
-        """A divisor that no processor traps: 1 instead of 0, and of -1 that overflows."""
+        """Return a divisor that no processor traps: 1 instead of 0, and of -1 that overflows."""
         if b.is_constant and b.text not in ("0", "-1"):
             return b
         one = self.constant(b.type, 1)
@@ -136,7 +136,7 @@ class Instructions:
         return self.subtract(self.constant(a.type, 0), a)
 
     def absolute(self, a: Operand) -> Operand:
-        """The size of a; that of the least whole number is itself."""
+        """Return the size of a; that of the least whole number is itself."""
         if a.type.is_real:
             return self.intrinsic("fabs", a)
         if not a.type.signed:
@@ -178,7 +178,7 @@ class Instructions:
         return self._bitwise("xor", a, b)
 
     def bit_not(self, a: Operand) -> Operand:
-        """All bits of a inverted, also of a bool."""
+        """Return all bits of a inverted, also of a bool."""
         ones = self.constant(BOOL, True) if a.type is BOOL else Operand(a.type, "-1")
         return self._bitwise("xor", a, ones)
 
@@ -191,11 +191,11 @@ class Instructions:
         return self._shift("ashr" if a.type.signed else "lshr", a, count)
 
     def rotate_left(self, a: Operand, count: Operand) -> Operand:
-        """The bits of a turned towards the high end, by count modulo the width."""
+        """Return the bits of a turned towards the high end, by count modulo the width."""
         return self._rotate("fshl", a, count)
 
     def rotate_right(self, a: Operand, count: Operand) -> Operand:
-        """The bits of a turned towards the low end, by count modulo the width."""
+        """Return the bits of a turned towards the low end, by count modulo the width."""
         return self._rotate("fshr", a, count)
 
     def _bitwise(self, operation: str, a: Operand, b: Operand) -> Operand:
@@ -246,7 +246,7 @@ class Instructions:
     # -- conversions -------------------------------------------------------------------------
 
     def convert(self, value: Operand, type: MachineType) -> Operand:
-        """The value as another type.
+        """Return the value as another type.
 
         Whole numbers are cut to the low bits, or filled by the sign of their old type. A float
         loses its fraction and is clamped to the range of the new type, NaN becomes 0; for a wrap
@@ -281,7 +281,8 @@ class Instructions:
         return self.emit(type, f"{operation} {value.typed} to {type.llvm}")
 
     def truncate(self, value: Operand, type: MachineType) -> Operand:
-        """A float without its fraction as a whole number; if the type cannot hold it, some number.
+        """Return a float without its fraction as a whole number; if the type cannot hold it, some
+        number.
 
         One instruction, where `convert` takes eight.
         """
@@ -292,7 +293,7 @@ class Instructions:
         return self.emit(type, f"freeze {number.typed}")
 
     def reinterpret(self, value: Operand, type: MachineType) -> Operand:
-        """The same bits as another type of the same size."""
+        """Return the same bits as another type of the same size."""
         if value.type.bits != type.bits or ADDRESS in (value.type, type):
             raise InstructionError(f"the bits of {value.type} are not those of {type}")
         if value.type.is_real == type.is_real:
@@ -300,13 +301,13 @@ class Instructions:
         return self.emit(type, f"bitcast {value.typed} to {type.llvm}")
 
     def round(self, value: Operand, way: Rounding) -> Operand:
-        """A float without fraction, as a float."""
+        """Return a float without fraction, as a float."""
         return self.intrinsic(way.value, value)
 
     # -- functions of floats -----------------------------------------------------------------
 
     def math(self, name: str, *operands: Operand) -> Operand:
-        """A function of the C library, as `sin` or `pow`; F32 is computed as F64."""
+        """Return a function of the C library, as `sin` or `pow`; F32 is computed as F64."""
         wide = [self.convert(each, F64) for each in operands]
         function = self.module.c_function(name, (F64,) * len(wide))
         arguments = ", ".join(each.typed for each in wide)
@@ -314,7 +315,7 @@ class Instructions:
         return self.convert(result, operands[0].type)
 
     def intrinsic(self, name: str, *operands: Operand) -> Operand:
-        """A function of floats that LLVM knows: `sqrt`, `fabs`, `copysign` and roundings."""
+        """Return a function of floats that LLVM knows: `sqrt`, `fabs`, `copysign` and roundings."""
         type = operands[0].type
         if not type.is_real:
             raise InstructionError(f"{name} of {type}: a float expected")
@@ -350,6 +351,6 @@ def _suffix(type: MachineType) -> str:
 
 
 def _known(number: int, type: MachineType) -> Operand:
-    """A number cut to the bits of a type."""
+    """Return a number cut to the bits of a type."""
     low = number & (1 << type.bits) - 1
     return Operand(type, str(low if low <= type.most else low - (1 << type.bits)))

@@ -88,7 +88,7 @@ def _processor() -> str:
 
 
 def compile_module(module: ModuleBuilder | str, effort: Effort = Effort.FULL) -> bytes:
-    """The object file of a module, or of its assembly; it can be saved and loaded later."""
+    """Return the object file of a module, or of its assembly; it can be saved and loaded later."""
     import llvmlite.binding as llvm
 
     machine = _machine(effort)
@@ -223,7 +223,7 @@ class MachineCode:
             self._budget[0] = amount
 
     def function(self, name: str) -> Callable[..., Any]:
-        """An exported function. It raises MachineFault, or what a callback raised.
+        """Return an exported function. It raises MachineFault, or what a callback raised.
 
         Numbers are cut to the types of its parameters without a word. KeyError if there is none.
         """
@@ -305,7 +305,7 @@ class MachineCode:
         return MachineFault(number, first, second), places
 
     def plain_function(self, name: str) -> Any:
-        """An exported function that cannot fault, as ctypes has it: with `argtypes`."""
+        """Return an exported function that cannot fault, as ctypes has it: with `argtypes`."""
         return self._prototype(self._interface.functions[name])
 
     def _prototype(self, function: CallTarget) -> Any:
@@ -315,7 +315,7 @@ class MachineCode:
         return pointer
 
     def _words(self, symbol: str, count: int) -> Any:
-        """The words of a variable of the module, None if it has none."""
+        """Return the words of a variable of the module, None if it has none."""
         place = self._address_of(symbol[1:].strip('"'))
         if not place:
             return None
@@ -346,25 +346,25 @@ class MachineCode:
 
 @lru_cache(64)
 def _prototype_of(types: tuple[Any, ...]) -> Any:
-    """The class of function pointers with this result and these parameters."""
+    """Return the class of function pointers with this result and these parameters."""
     return ctypes.PYFUNCTYPE(*types)
 
 
 @lru_cache(64)
 def _words_of(count: int) -> Any:
-    """The class of so many words at an address."""
+    """Return the class of so many words at an address."""
     return ctypes.c_int64 * count
 
 
 @cache
 def _machine(effort: Effort) -> Any:
-    """The target machine of the compiler."""
+    """Return the target machine of the compiler."""
     return _target_machine(effort)
 
 
 @cache
 def _target() -> Any:
-    """The processor we run on, as LLVM's target."""
+    """Return the processor we run on, as LLVM's target."""
     import llvmlite.binding as llvm
 
     llvm.initialize_native_target()
@@ -376,7 +376,7 @@ def _target() -> Any:
 
 
 def _target_machine(effort: Effort) -> Any:
-    """The processor we run on, with how code for it is made."""
+    """Return the processor we run on, with how code for it is made."""
     import llvmlite.binding as llvm
 
     return _target().create_target_machine(

@@ -76,7 +76,7 @@ class ModuleBuilder:
         exported: bool = False,
         faults: bool = False,
     ) -> CallTarget:
-        """A function of this module, to be called before it is written.
+        """Return a function of this module, to be called before it is written.
 
         `exported` ones can be called from Python and have at most one result. `faults` says that
         the function, or one that it calls, may leave with a fault.
@@ -92,7 +92,8 @@ class ModuleBuilder:
         return function
 
     def write(self, function: CallTarget, names: Sequence[str] = ()) -> FunctionBuilder:
-        """The body of a declared function, to be filled; `names` are for the assembly text."""
+        """Return the body of a declared function, to be filled; `names` are for the assembly
+        text."""
         body = FunctionBuilder(self, function, names, self._is_exported(function))
         self._bodies.append(body)
         return body
@@ -112,7 +113,8 @@ class ModuleBuilder:
     def callback(
         self, name: str, parameters: Sequence[MachineType], results: Sequence[MachineType] = ()
     ) -> CallTarget:
-        """A function of Python; what it raises ends the machine code and reaches its caller."""
+        """Return a function of Python; what it raises ends the machine code and reaches its
+        caller."""
         signature = FunctionSignature(tuple(parameters), tuple(results))
         known = self._callbacks.get(name)
         if known is None:
@@ -145,23 +147,26 @@ class ModuleBuilder:
     # -- data --------------------------------------------------------------------------------
 
     def data(self, content: bytes) -> Operand:
-        """The address of constant bytes; it is a multiple of 8."""
+        """Return the address of constant bytes; it is a multiple of 8."""
         return Operand(ADDRESS, self._data.setdefault(content, f"@data{len(self._data)}"))
 
     def words(self, name: str, count: int) -> Operand:
-        """The address of words of 64 bits that the host reads and writes; they begin as 0."""
+        """Return the address of words of 64 bits that the host reads and writes; they begin as
+        0."""
         self._words[name] = count
         return Operand(ADDRESS, f'@"words.{name}"')
 
     def table(self, name: str, functions: Sequence[CallTarget | None]) -> Operand:
-        """The address of a list of functions, 8 bytes each; None is 0. The host can read it."""
+        """Return the address of a list of functions, 8 bytes each; None is 0. The host can read
+        it."""
         self._tables[name] = functions
         return Operand(ADDRESS, f'@"table.{name}"')
 
     # -- the text ----------------------------------------------------------------------------
 
     def assembly(self) -> str:
-        """The whole module as LLVM assembly; InstructionError if a function was never written."""
+        """Return the whole module as LLVM assembly; InstructionError if a function was never
+        written."""
         written = {body.function.symbol for body in self._bodies}
         for name, function in self._functions.items():
             if function.symbol not in written:

@@ -135,7 +135,7 @@ class Arithmetic:
     # -- kinds -------------------------------------------------------------------------------
 
     def convert(self, value: KernelValue, kind: ValueKind, node: ast.AST) -> KernelValue:
-        """The same value as a wider kind."""
+        """Return the same value as a wider kind."""
         if value.kind == kind:
             return value
         if isinstance(kind, Several) and isinstance(value.kind, Several):
@@ -153,7 +153,7 @@ class Arithmetic:
         return self.code.convert(value.operands[0], BOOL.machine)
 
     def parts(self, value: KernelValue) -> list[KernelValue]:
-        """The members of a tuple."""
+        """Return the members of a tuple."""
         assert isinstance(value.kind, Several)
         members, first = [], 0
         for kind in value.kind.kinds:
@@ -171,7 +171,7 @@ class Arithmetic:
     def combine(
         self, op: ast.operator, left: KernelValue, right: KernelValue, node: ast.AST
     ) -> KernelValue:
-        """The result of an operator with two operands."""
+        """Return the result of an operator with two operands."""
         kind = joined(left.kind, right.kind)
         bits = _BITWISE.get(type(op))
         if kind is None or (bits and kind is REAL):
@@ -283,7 +283,7 @@ class Arithmetic:
     # -- functions ---------------------------------------------------------------------------
 
     def library(self, name: str, node: ast.AST, *operands: Operand) -> Operand:
-        """A function of the C library; checked, it raises what those of `math` raise."""
+        """Return a function of the C library; checked, it raises what those of `math` raise."""
         result = self.code.math(name, *operands)
         if self.unit.checked:
             self._check_result(name, result, operands, node)
@@ -313,7 +313,7 @@ class Arithmetic:
         return self.code.intrinsic("sqrt", operand)
 
     def whole(self, operand: Operand, node: ast.AST) -> Operand:
-        """A float without its fraction as a whole number; beyond 64 bits some number."""
+        """Return a float without its fraction as a whole number; beyond 64 bits some number."""
         if self.unit.checked:
             code = self.code
             number = code.compare(Relation.EQUAL, operand, operand)

@@ -80,7 +80,7 @@ class ExpressionCompiler(Arithmetic):
     # -- kinds -------------------------------------------------------------------------------
 
     def kind_of(self, node: ast.expr) -> ValueKind:
-        """The kind of an expression, without leaving instructions behind."""
+        """Return the kind of an expression, without leaving instructions behind."""
         kind = self._kinds.get(node)
         if kind is None:
             with self.code.draft():
@@ -88,7 +88,7 @@ class ExpressionCompiler(Arithmetic):
         return kind
 
     def common(self, node: ast.AST, parts: Sequence[ast.expr]) -> ValueKind:
-        """The kind that holds the values of all parts."""
+        """Return the kind that holds the values of all parts."""
         kind = self.kind_of(parts[0])
         for part in parts[1:]:
             both = joined(kind, self.kind_of(part))
@@ -112,7 +112,7 @@ class ExpressionCompiler(Arithmetic):
     # -- expressions -------------------------------------------------------------------------
 
     def value(self, node: ast.expr) -> KernelValue:
-        """The value of an expression."""
+        """Return the value of an expression."""
         if isinstance(node, ast.Name | ast.Attribute):
             known, thing = self.static(node)
             if known:
@@ -200,7 +200,7 @@ class ExpressionCompiler(Arithmetic):
             self.code.set(variable, operand)
 
     def read(self, place: NumberLocation | KernelValue) -> KernelValue:
-        """The number there; records and sequences are what they are."""
+        """Return the number there; records and sequences are what they are."""
         if isinstance(place, KernelValue):
             return place
         number = self.code.load(place.kind.machine, place.address, aligned=True)
@@ -223,7 +223,8 @@ class ExpressionCompiler(Arithmetic):
         self.code.store(operand, place.address, aligned=True)
 
     def field(self, node: ast.Attribute) -> NumberLocation | KernelValue:
-        """A field of a record, the record that it refers to or holds, or one of the tables."""
+        """Return a field of a record, the record that it refers to or holds, or one of the
+        tables."""
         owner = self.value(node.value)
         if isinstance(owner.kind, RowTables):
             return self._table(owner, node)
@@ -277,7 +278,7 @@ class ExpressionCompiler(Arithmetic):
         raise self.refusal(node, f"no element {ast.unparse(node)}")
 
     def element(self, row: KernelValue, node: ast.Subscript) -> NumberLocation | KernelValue:
-        """An element; an index below 0 counts from the end."""
+        """Return an element; an index below 0 counts from the end."""
         assert isinstance(row.kind, Row)
         code, of = self.code, row.kind.of
         address, length = row.operands
@@ -468,7 +469,7 @@ class ExpressionCompiler(Arithmetic):
         return KernelValue(NOTHING, ())
 
     def new_record(self, node: ast.Call, layout: RecordLayout[Any]) -> KernelValue:
-        """A record of the function's own, with the values of a fresh one."""
+        """Return a record of the function's own, with the values of a fresh one."""
         if node.args or node.keywords or not layout.is_value:
             raise self.refusal(node, f"arguments or references of {ast.unparse(node)}")
         self.own_records = True
@@ -478,7 +479,7 @@ class ExpressionCompiler(Arithmetic):
         return KernelValue(RecordReference(layout), (place,))
 
     def call_kernel(self, node: ast.Call, function: FunctionType) -> KernelValue:
-        """A call of another function of the kernel."""
+        """Return a call of another function of the kernel."""
         callee = self.unit.callee(function, self._ways_of(node, function))
         arguments: dict[str, KernelValue] = {}
         for name, argument in zip(callee.names, node.args, strict=False):
@@ -498,7 +499,8 @@ class ExpressionCompiler(Arithmetic):
         return KernelValue(callee.result, self.code.call(callee.machine, *operands))
 
     def _ways_of(self, node: ast.Call, function: FunctionType) -> Ways:
-        """The parameters that the call gives as True or False, or by one that is given so here."""
+        """Return the parameters that the call gives as True or False, or by one that is given so
+        here."""
         names = function.__code__.co_varnames
         written = [*zip(names, node.args, strict=False), *((k.arg, k.value) for k in node.keywords)]
         ways = {}

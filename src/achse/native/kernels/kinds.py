@@ -65,7 +65,7 @@ class KernelValue:
 
 
 def machine_types(kind: ValueKind) -> tuple[MachineType, ...]:
-    """The machine's types of a kind, flat."""
+    """Return the machine's types of a kind, flat."""
     if isinstance(kind, Scalar):
         return (kind.machine,)
     if isinstance(kind, RecordReference):
@@ -77,7 +77,7 @@ def machine_types(kind: ValueKind) -> tuple[MachineType, ...]:
 
 
 def joined(a: ValueKind, b: ValueKind) -> ValueKind | None:
-    """The kind that holds values of both: the wider number; None if there is none."""
+    """Return the kind that holds values of both: the wider number; None if there is none."""
     if a == b:
         return a
     if isinstance(a, Scalar) and isinstance(b, Scalar):
@@ -90,7 +90,7 @@ def joined(a: ValueKind, b: ValueKind) -> ValueKind | None:
 
 
 def described(kind: ValueKind) -> str:
-    """A kind in words."""
+    """Return a kind in words."""
     if isinstance(kind, Scalar):
         return ("a bool", "a whole number", "a float")[kind.order]
     if isinstance(kind, RecordReference | RowTables):

@@ -31,11 +31,11 @@ class Sites:
             self.number(TrapSite(*each))
 
     def number(self, site: TrapSite) -> int:
-        """The number of a site, the same for equal ones."""
+        """Return the number of a site, the same for equal ones."""
         return self._numbers.setdefault(site, len(self._numbers) + 1)
 
     def pack(self) -> bytes:
-        """All sites, to be saved with the machine code."""
+        """Return all sites, to be saved with the machine code."""
         return json.dumps([astuple(site) for site in self._numbers]).encode()
 
     def __getitem__(self, number: int) -> TrapSite:

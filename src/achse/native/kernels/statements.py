@@ -74,7 +74,7 @@ class FunctionCompiler(ExpressionCompiler):
     # -- statements --------------------------------------------------------------------------
 
     def statements(self, body: list[ast.stmt]) -> bool:
-        """A sequence of statements; whether control never comes to its end."""
+        """Return a sequence of statements; whether control never comes to its end."""
         return any(self.statement(node) for node in body)
 
     def statement(self, node: ast.stmt) -> bool:

@@ -74,7 +74,7 @@ BOUND = "bound"
 def translate(
     entry: FunctionType, layouts: Mapping[type, RecordLayout[Any]], *, checked: bool = False
 ) -> ModuleBuilder:
-    """A module with `entry` and all it calls; `layouts` are those of the record classes.
+    """Return a module with `entry` and all it calls; `layouts` are those of the record classes.
 
     The machine's parameters of `entry` are its own, one by one, where a sequence is an address and
     a length. A `checked` module leaves where Python raises; its notes are the `Sites`.
@@ -183,7 +183,7 @@ class _Translation:
         return self._module.data(pack(layout, layout.plain()))
 
     def site(self, error: type[Exception], text: str, function: FunctionType, line: int) -> int:
-        """The number of the fault that stands for an exception raised in a line."""
+        """Return the number of the fault that stands for an exception raised in a line."""
         code = function.__code__
         return self._sites.number(
             TrapSite(error.__name__, text, code.co_filename, line, code.co_name)
@@ -228,7 +228,8 @@ class _Translation:
 
 
 def source_of(function: FunctionType) -> str:
-    """The text of the module of a function, also from a zip; TranslationError without sources."""
+    """Return the text of the module of a function, also from a zip; TranslationError without
+    sources."""
     path = Path(function.__code__.co_filename)
     try:
         return decode_source(path.read_bytes())
@@ -250,7 +251,7 @@ _SEQUENCES: tuple[object, ...] = Sequence, MutableSequence
 def _annotated(
     function: FunctionType, layouts: Mapping[type, RecordLayout[Any]]
 ) -> tuple[list[str], list[ValueKind], ValueKind]:
-    """Names and kinds of the parameters, and the kind of the result."""
+    """Return names and kinds of the parameters, and the kind of the result."""
     annotations = inspect.get_annotations(function, eval_str=True)
     names = []
     for parameter in inspect.signature(function).parameters.values():

@@ -268,8 +268,8 @@ class Execution:
         self._tables = self._all_tables()
 
     def _emitted(self, digest: str, in_machine: Container[str], *, keep: bool) -> EmittedProgram:
-        """The plain routines; with a digest, those of a PLC before with the same program. Programs
-        of online changes are not kept: their types would outlive the next one."""
+        """Return the plain routines; with a digest, those of a PLC before with the same program.
+        Programs of online changes are not kept: their types would outlive the next one."""
         known = f"{digest} {'plain' if self.machine is None else 'beside machine code'}"
         program = EMITTED.get(known) if digest else None
         if program is None:
@@ -352,8 +352,8 @@ class Execution:
         self._tables = self._all_tables()
 
     def plain(self, probe: Probe | None = None) -> dict[str, Callable[..., Any]]:
-        """The routines with a body as functions of Python, made once more; `probe` for a debug
-        build. They are not in use until `replace`."""
+        """Return the routines with a body as functions of Python, made once more; `probe` for a
+        debug build. They are not in use until `replace`."""
         functions: dict[str, Callable[..., Any]] = {}
         self._linker.probe = probe
         try:
@@ -370,8 +370,8 @@ class Execution:
     def variant(
         self, key: str, body: TypedStatements
     ) -> tuple[str, Callable[[], Callable[..., Any]]]:
-        """A routine with another body, which does not count: its Python source, and what makes the
-        function. It is not in use until `replace`. Raises `MissingPlaceError`."""
+        """Return a routine with another body, which does not count: its Python source, and what
+        makes the function. It is not in use until `replace`. Raises `MissingPlaceError`."""
         routine = replace(self.project.routines[key], body=body)
         counted = self._linker.project.counted
         first = counted.pop(key, None)

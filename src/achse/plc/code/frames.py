@@ -45,7 +45,8 @@ class Frames:
         self._top[0], self._floor = self._floor, 0
 
     def enter(self, size: int, image: bytes) -> int:
-        """The offset of a new frame that begins as `image`. STACK_OVERFLOW if there is no room."""
+        """Return the offset of a new frame that begins as `image`. STACK_OVERFLOW if there is no
+        room."""
         start: int = self._top[0]
         end = start + (size + _ALIGNMENT - 1 & -_ALIGNMENT)
         if end > STACK_SIZE:

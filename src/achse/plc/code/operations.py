@@ -170,7 +170,7 @@ _MATHEMATICS: dict[str, tuple[Callable[..., float], Callable[..., float]]] = {
 
 
 def real_operations(*, exceptions: bool) -> dict[str, Callable[..., Any]]:
-    """Names in emitted code that depend on the task option "floating point exceptions"."""
+    """Return names in emitted code that depend on the task option "floating point exceptions"."""
     form = _loud if exceptions else _quiet
     operations = {name: form(*pair) for name, pair in _MATHEMATICS.items()}
     return {**operations, "divided": _loud_division if exceptions else _quiet_division}

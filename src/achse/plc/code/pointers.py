@@ -68,7 +68,7 @@ def _put(view: Any, index: int, value: Any) -> Any:
 
 
 def pointer_operations(views: Views) -> dict[str, Callable[..., Any]]:
-    """Names in emitted code: `load_h(p)`, `store_H(p, x)`, and those for bytes and bits."""
+    """Return names in emitted code: `load_h(p)`, `store_H(p, x)`, and those for bytes and bits."""
     bytes_of = views.by_area["B"]
 
     def load_bytes(address: int, size: int) -> bytes:
@@ -90,8 +90,8 @@ def pointer_operations(views: Views) -> dict[str, Callable[..., Any]]:
         return value
 
     def store_parts(address: int, value: bytes, parts: Parts) -> bytes:
-        """A record without the headers of its function blocks, but for those that are empty: raw
-        memory becomes a block by an assignment."""
+        """Return a record without the headers of its function blocks, but for those that are empty:
+        raw memory becomes a block by an assignment."""
         at = 0
         for start, end in (*parts, (len(value), len(value))):
             if start > at and not any(load_bytes(address + at, start - at)):

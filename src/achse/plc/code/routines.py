@@ -108,8 +108,8 @@ def _frame(
 def routine_code(
     routine: Routine, lines: list[SourceLine], store: CodeStore | None = None
 ) -> CodeType:
-    """The code of emitted lines, without the name of the routine and of its file; `store` keeps
-    it."""
+    """Return the code of emitted lines, without the name of the routine and of its file; `store`
+    keeps it."""
     text = "\n".join(line.text for line in lines)
     offsets = {line.at: routine.locate(line.at).line for line in lines}
     places = tuple(offsets[line.at] for line in lines)
@@ -147,7 +147,8 @@ def _code(text: str, places: tuple[int, ...]) -> CodeType:
 
 
 def _named(code: CodeType, name: str, path: str) -> CodeType:
-    """The code and the functions inside it with the name and file of the routine, for reports."""
+    """Return the code and the functions inside it with the name and file of the routine, for
+    reports."""
     inner = tuple(
         _named(one, name, path) if isinstance(one, CodeType) else one for one in code.co_consts
     )

@@ -150,7 +150,8 @@ class Storages:
     # writing ---------------------------------------------------------------------------------
 
     def store_statement(self, place: ResolvedPlace, value: CodeExpression) -> str:
-        """A line that puts a value into a place; the value is evaluated before the indexes."""
+        """Return a line that puts a value into a place; the value is evaluated before the
+        indexes."""
         type = place.type
         if place.bit is None:
             if place.home is Home.LOCAL:

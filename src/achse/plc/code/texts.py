@@ -91,7 +91,8 @@ def _decoded(text: bytes, type: StringType) -> str:
 
 
 def _coded(text: str, type: StringType) -> bytes:
-    """The bytes of a text, cut to what the type holds; what has no code is a question mark."""
+    """Return the bytes of a text, cut to what the type holds; what has no code is a question
+    mark."""
     if type.unit == 2:
         return encode_wide(text.encode("utf-16-le", "replace").decode("utf-16-le", "replace"))[
             : 2 * type.length
@@ -115,7 +116,8 @@ def recoded(text: bytes, source: StringType, target: StringType) -> bytes:
 
 
 def _real_text(value: float, type: IecType[Any]) -> str:
-    """A real as the conversions write it: `3.0`, `1E08`, `1E-05`; about 7 digits of a REAL."""
+    """Return a real as the conversions write it: `3.0`, `1E08`, `1E-05`; about 7 digits of a
+    REAL."""
     if math.isnan(value):
         return "NaN"
     if math.isinf(value):

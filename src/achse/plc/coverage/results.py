@@ -244,8 +244,8 @@ def _routine(
 
 
 def _by_place(statements: Iterable[StatementHits]) -> tuple[StatementHits, ...]:
-    """The statements; those that a place of a drawing has become are one, which has run as often
-    as the least of them."""
+    """Return the statements; those that a place of a drawing has become are one, which has run as
+    often as the least of them."""
     by_place: dict[object, StatementHits] = {}
     for number, one in enumerate(statements):
         key = one.place or number
@@ -255,7 +255,8 @@ def _by_place(statements: Iterable[StatementHits]) -> tuple[StatementHits, ...]:
 
 
 def _ways(branches: Iterable[BranchHits]) -> tuple[BranchHits, ...]:
-    """The branches; those of one name at a place of a drawing are one, the most taken of them."""
+    """Return the branches; those of one name at a place of a drawing are one, the most taken of
+    them."""
     by_place: dict[object, BranchHits] = {}
     for number, one in enumerate(branches):
         key = (one.place, one.name) if one.place else number

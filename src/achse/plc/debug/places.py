@@ -76,7 +76,8 @@ class DebugNames:
     # names -----------------------------------------------------------------------------------
 
     def find(self, name: str, view: CallView | None) -> DebugSpot | str:
-        """A variable; or the name of a unit or enumeration, for a member. Raises NotThere."""
+        """Return a variable; or the name of a unit or enumeration, for a member. Raises
+        NotThere."""
         key = name.lower()
         if view is not None:
             for spot in (self._in_frame(key, view), self._in_this(key, view)):

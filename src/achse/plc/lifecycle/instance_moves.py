@@ -86,7 +86,8 @@ def _unit(name: str) -> str:
 
 
 def unit_variable(node: object) -> str:
-    """The variable that a statement of `create`, `exit` or `reinit` is about; empty without one."""
+    """Return the variable that a statement of `create`, `exit` or `reinit` is about; empty without
+    one."""
     from achse.st.typed.places import UnitBase  # not needed without Structured Text
 
     if isinstance(node, UnitBase):

@@ -168,8 +168,8 @@ class PlaceLowering:
         return self._with_value(storage, nodes.PlaceAddress(self.place(storage), type))
 
     def store(self, storage: Storage, value: TypedValue, *, alone: bool) -> nodes.LoweredValue:
-        """An assignment; `alone` as a statement, where the value of a number comes first if no
-        address is computed."""
+        """Return an assignment; `alone` as a statement, where the value of a number comes first if
+        no address is computed."""
         place, lowered = self.place(storage), self.value(value)
         self.changes += 1
         type = place.type
@@ -195,7 +195,8 @@ class PlaceLowering:
         return self._with_value(storage, nodes.Sequence(tuple(effects), state))
 
     def _with_value(self, storage: Storage, value: nodes.LoweredValue) -> nodes.LoweredValue:
-        """A value that reaches a storage, after what is put into it if it is a hidden variable."""
+        """Return a value that reaches a storage, after what is put into it if it is a hidden
+        variable."""
         base = storage.base
         if not isinstance(base, TemporaryBase):
             return value

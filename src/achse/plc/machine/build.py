@@ -28,8 +28,9 @@ def machine_code(
     counters: int = 0,
     conditions: bool = False,
 ) -> bytes:
-    """The object file of a project; of one with a digest, what is in the cache will do. `counted`
-    has the number of the first of all `counters` for each routine whose statements count."""
+    """Return the object file of a project; of one with a digest, what is in the cache will do.
+    `counted` has the number of the first of all `counters` for each routine whose statements
+    count."""
     cache: ObjectCache | None = None
     if digest:
         of_all = hashlib.blake2b(_own_code(), digest_size=20)
@@ -55,7 +56,8 @@ def machine_code(
 
 @cache
 def _own_code() -> bytes:
-    """A hash of our own part in what comes out: parser, checker, types, front and back end."""
+    """Return a hash of our own part in what comes out: parser, checker, types, front and back
+    end."""
     digest = hashlib.blake2b()
     root = Path(__file__).parents[2]
     for room in ("iec", "st", "plc", "native/backend"):

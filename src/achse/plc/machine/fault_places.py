@@ -85,7 +85,8 @@ class FaultPlaces:
         routines: Sequence[Routine],
         budget: int,
     ) -> BaseException:
-        """The exception of a fault as plain code raises it, with the places it came through."""
+        """Return the exception of a fault as plain code raises it, with the places it came
+        through."""
         trail = list(places)
         if isinstance(failure, MachineFault):
             is_own = failure.number == OwnFault.TOO_DEEP  # of a call from Python: it has no place

@@ -217,7 +217,7 @@ class ProjectTranslator:
         return number
 
     def room(self, area: Area) -> int:
-        """Bytes of an area that code can reach."""
+        """Return bytes of an area that code can reach."""
         return self._sizes[area]
 
     def address_of(self, area: Area) -> int:

@@ -191,7 +191,8 @@ def _from_word(b: FunctionBuilder, word: Operand, type: MachineType) -> Operand:
 def write_entry(
     module: "ProjectTranslator", signature: RoutineSignature, target: CallTarget, name: str
 ) -> CallTarget:
-    """A function of a block, for Python: the words of all parameters; after them, the result."""
+    """Return a function of a block, for Python: the words of all parameters; after them, the
+    result."""
     b = module.module.function(name, [ADDRESS], faults=True)
     (block,) = b.parameters
     arguments = [

@@ -98,7 +98,8 @@ class RoutineSignature:
 
 
 def signature_of(routine: Routine, *, dispatched: bool = False) -> RoutineSignature:
-    """The signature of a routine; of what is called through a table always with an instance."""
+    """Return the signature of a routine; of what is called through a table always with an
+    instance."""
     has_instance = dispatched or routine.this is not None
     if routine.kind not in WITH_PARAMETERS:
         return RoutineSignature(has_instance, (), None, ())

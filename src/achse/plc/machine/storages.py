@@ -151,7 +151,8 @@ class MachineStorages:
         return address
 
     def _reach(self, aim: Aim, size: int | Operand) -> tuple[Operand, int]:
-        """A machine address and an offset, where that many bytes are; ACCESS_VIOLATION if not."""
+        """Return a machine address and an offset, where that many bytes are; ACCESS_VIOLATION if
+        not."""
         if not aim.is_plc:
             return aim.base, aim.offset
         return self.looked_up(aim.base, size), 0

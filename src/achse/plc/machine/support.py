@@ -96,7 +96,7 @@ class Support:
         self._write_entries()
 
     def length(self, unit: int) -> CallTarget:
-        """Bytes of a text before its NUL, at most so many."""
+        """Return bytes of a text before its NUL, at most so many."""
         return self._lengths[unit]
 
     def compare(self, unit: int) -> CallTarget:
@@ -131,7 +131,8 @@ class Support:
         return b.function
 
     def _rounded(self) -> CallTarget:
-        """A real as I64: nearest, halves away from zero; NaN is 0, what is too large the lowest."""
+        """Return a real as I64: nearest, halves away from zero; NaN is 0, what is too large the
+        lowest."""
         b = self._module.function("rounded", [F64], [I64])
         (value,) = b.parameters
         size = b.absolute(value)

@@ -112,7 +112,7 @@ class TextTranslator:
         return self._of.builder.multiply(position, self._number(unit))
 
     def _bytes(self, size: Operand, unit: int) -> Operand:
-        """Bytes of a number of characters, none if it is below 0."""
+        """Return bytes of a number of characters, none if it is below 0."""
         return self._bytes_at(self._most(size, self._number(0)), unit)
 
     def _cut(self, text: MachineText, length: Operand | None, unit: int) -> MachineText:

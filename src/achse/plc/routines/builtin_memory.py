@@ -49,7 +49,7 @@ class BuiltinMemory:
         self._records.clear()
 
     def load_bytes(self, address: int, size: int) -> bytes:
-        """Bytes of PLC memory; raises ACCESS_VIOLATION."""
+        """Return bytes of PLC memory; raises ACCESS_VIOLATION."""
         data: bytes = self._linked().namespace["load_bytes"](address, size)
         return data
 
@@ -84,7 +84,7 @@ class BuiltinMemory:
         return self._epoch() + self._clock_ns()
 
     def area_of(self, address: int, size: int) -> Area | None:
-        """The area that all of these bytes are in, as far as they are in use."""
+        """Return the area that all of these bytes are in, as far as they are in use."""
         assert self._memory is not None
         place = self._memory.at(address)
         if place is None:
@@ -113,7 +113,7 @@ class BuiltinMemory:
         return self._task_index()
 
     def record_at(self, address: int, type: StructType[Any]) -> Record:
-        """The record at an address, the same object while a block of its kind is there."""
+        """Return the record at an address, the same object while a block of its kind is there."""
         record, wanted = self._records.get(address), type.record
         # Frames of routines put other blocks at the same place, one after the other.
         if record is None or not (

@@ -57,7 +57,7 @@ class BuiltinContext(Protocol):
         ...
 
     def area_of(self, address: int, size: int) -> Area | None:
-        """The area that all of these bytes are in, as far as they are in use."""
+        """Return the area that all of these bytes are in, as far as they are in use."""
         ...
 
     def symbol_named(self, name: str) -> SymbolPlace | None:

@@ -189,7 +189,8 @@ class JsonDocuments(KeptDocuments[_Value]):
         return new.number
 
     def put_text(self, number: int, where: int, name: str, text: str) -> int:
-        """A value as JSON in, behind or instead of another; its number, 0 if that cannot be."""
+        """Return a value as JSON in, behind or instead of another; its number, 0 if that cannot
+        be."""
         try:
             value = self._value(json.loads(text, object_pairs_hook=_Members), 0)
         except (ValueError, RecursionError):

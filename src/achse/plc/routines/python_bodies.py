@@ -75,7 +75,8 @@ def _python_body(
 
 
 def _taken(variable: Variable[Any, Any], value: Any) -> Any:
-    """A value that a Python method gives, as emitted code has it; None is what it starts with."""
+    """Return a value that a Python method gives, as emitted code has it; None is what it starts
+    with."""
     data = variable.initial_bytes() if value is None else variable.type.encode(value)
     return known_from(data, flat(variable.type)).value
 

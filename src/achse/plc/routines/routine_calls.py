@@ -53,7 +53,8 @@ class RoutineCalls:
         return self._project.blocks.get(type.name.lower())
 
     def call_encoded(self, record: Record, method: Method, data: bytes) -> bytes | None:
-        """A method as clients call it, values as bytes; None if no Structured Text does it."""
+        """Return a method as clients call it, values as bytes; None if no Structured Text does
+        it."""
         routine = self._routine(record, method.name)
         if routine is None:
             return None

@@ -297,7 +297,7 @@ def documents_of(plc: BuiltinContext) -> XmlDocuments:
 
 
 def _on(method: Callable[..., Any]) -> FunctionBody:
-    """A method of `XmlDocuments` as a routine of the PLC."""
+    """Return a method of `XmlDocuments` as a routine of the PLC."""
     return lambda plc, *arguments: method(documents_of(plc), *arguments)
 
 
@@ -341,7 +341,7 @@ def _whole(low: int, high: int) -> FunctionBody:
 
 
 def _shown(plc: BuiltinContext, value: float, is_short: bool) -> bytes:
-    """A number with the fewest digits that bring it back, as REAL if it is one."""
+    """Return a number with the fewest digits that bring it back, as REAL if it is one."""
     if not is_short:
         return repr(value).removesuffix(".0").encode()
     texts = (f"{value:.{digits}g}" for digits in range(1, 10))

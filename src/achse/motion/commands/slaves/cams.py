@@ -168,7 +168,7 @@ def _order(layer: CamFields, kind: int, demand: CamDemand, cam: int) -> None:
 
 
 def _fresh(slave: Axis, master: Axis, demand: CamDemand, cam: int, once: int = 0) -> CamFields:
-    """A layer that is to begin, which belongs to no axis yet: a refusal changes nothing."""
+    """Return a layer that is to begin, which belongs to no axis yet: a refusal changes nothing."""
     layer: CamFields = CAM.plain()
     layer.master, layer.once = master.index, once
     layer.last_master_position = master_position_of(slave, _rows_as_seen(slave, master), layer)
@@ -177,7 +177,7 @@ def _fresh(slave: Axis, master: Axis, demand: CamDemand, cam: int, once: int = 0
 
 
 def _rows_as_seen(slave: Axis, master: Axis) -> NcRows:
-    """All axes, of which this one leads."""
+    """Return all axes, of which this one leads."""
     rows = slave.rows
     axes = list(rows.axes)
     axes[master.index] = as_leader(master)
@@ -187,7 +187,7 @@ def _rows_as_seen(slave: Axis, master: Axis) -> NcRows:
 def _begin(
     slave: Axis, slave_type: int, master_id: int, demand: CamDemand, cam: int, operation: int
 ) -> int:
-    """The first cam of an axis without a coupling."""
+    """Return the first cam of an axis without a coupling."""
     code = check_slave(slave)
     if code:
         return code
@@ -291,7 +291,7 @@ def _let_wait(slave: Axis, layer: CamFields, kind: int, demand: CamDemand, cam: 
 
 
 def _layer_of(slave: Axis, table_id: int) -> CamFields | None:
-    """The layer that runs a table; 0: the first that runs any."""
+    """Return the layer that runs a table; 0: the first that runs any."""
     for layer in slave.cams[: slave.camming.count]:
         if layer.now.table and table_id in (0, layer.now.table):
             return layer
@@ -299,7 +299,7 @@ def _layer_of(slave: Axis, table_id: int) -> CamFields | None:
 
 
 def _queued_layer(slave: Axis, table_id: int) -> CamFields | None:
-    """The layer whose table has not begun yet; 0: the first such layer."""
+    """Return the layer whose table has not begun yet; 0: the first such layer."""
     for layer in slave.cams[: slave.camming.count]:
         if layer.change.kind == CHANGE_BEGIN and table_id in (0, layer.next.table):
             return layer

@@ -383,7 +383,7 @@ def _stop_oriented(slave: Axis, position: float, limits: tuple[float, float, flo
 
 
 def _as_free(slave: Axis, command: Callable[..., int], *arguments: float) -> int:
-    """A command as for an uncoupled axis; refused, the slave stays coupled."""
+    """Return a command as for an uncoupled axis; refused, the slave stays coupled."""
     coupling, slave.coupling.law = slave.coupling.law, 0
     code = command(slave, *arguments)
     slave.coupling.law = coupling

@@ -183,7 +183,7 @@ def _in_one(
     way: float,
     height: float,
 ) -> _Way:
-    """The way of `achse.motion.couplings.flying_saws.approach.meet`."""
+    """Return the way of `achse.motion.couplings.flying_saws.approach.meet`."""
     heading = 1.0 if way > 0.0 else -1.0
     speed = heading * velocity
     slope = slave.set.velocity / speed
@@ -199,7 +199,7 @@ def _in_one(
 
 
 def _last(holds: Callable[[float], bool], here: float, there: float) -> float:
-    """The last place from here to there where something holds, which does at first."""
+    """Return the last place from here to there where something holds, which does at first."""
     if holds(there):
         return there
     for _ in range(_HALVINGS):
@@ -214,7 +214,8 @@ def _last(holds: Callable[[float], bool], here: float, there: float) -> float:
 def _with_constant(
     slave: Axis, request: _Request, velocity: float, way: float, height: float
 ) -> list[_Way]:
-    """A way with a stretch of constant velocity, by the full acceleration; none if there is none.
+    """Return a way with a stretch of constant velocity, by the full acceleration; none if there is
+    none.
 
     Its curves begin without acceleration, so a slave that has one goes in one span, unless its
     acceleration is to be ignored.

@@ -121,7 +121,7 @@ def place_at(
 
 
 def heading_of(velocity: float) -> float:
-    """Its sign; 0 of a master at rest, which may go either way."""
+    """Return its sign; 0 of a master at rest, which may go either way."""
     if abs(velocity) < AT_REST:
         return 0.0
     return 1.0 if velocity > 0.0 else -1.0

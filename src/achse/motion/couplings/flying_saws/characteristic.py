@@ -25,7 +25,7 @@ _SYNCHRONISING = (
 
 
 def course_of(slave: "Axis") -> SlaveCourse | None:
-    """The course on which a slave synchronises or did; None for others.
+    """Return the course on which a slave synchronises or did; None for others.
 
     It is that of the master's velocity at coupling, of 1 if it stood.
     """

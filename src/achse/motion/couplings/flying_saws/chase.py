@@ -43,7 +43,8 @@ def limits_beside(
 def _walk(
     ax: AxisFields, count: int, dt: float, v: float, a: float
 ) -> tuple[bool, float, float, float]:
-    """A cycle along the planned segments: whether they end in it; way, velocity, acceleration."""
+    """Return a cycle along the planned segments: whether they end in it; way, velocity,
+    acceleration."""
     left = dt
     p = 0.0
     for i in range(count):
@@ -73,7 +74,7 @@ def _most(ax: AxisFields, velocity: float, change: float, dt: float) -> float:
 
 
 def _permitted(ax: AxisFields, velocity: float, acceleration: float, dt: float) -> float:
-    """The acceleration nearest to this one that the limits allow in this cycle."""
+    """Return the acceleration nearest to this one that the limits allow in this cycle."""
     before = ax.set.acceleration
     change = ax.sync.jerk * dt
     limit = _most(ax, velocity, acceleration, dt)

@@ -92,7 +92,7 @@ class SlaveCourse:
         return _value(self.stretches[0].derived(order), 0.0) if self.stretches else 0.0
 
     def end(self, order: int) -> float:
-        """The same at the end."""
+        """Return the same at the end."""
         if not self.stretches:
             return 0.0
         return _value(self.stretches[-1].derived(order), self.stretches[-1].duration)
@@ -165,7 +165,8 @@ def course_over_master(
     lengths: Iterable[float],
     terms: Sequence[float],
 ) -> SlaveCourse:
-    """The course over a master that moves with this velocity, not 0, by spans of `approach`."""
+    """Return the course over a master that moves with this velocity, not 0, by spans of
+    `approach`."""
     stretches = []
     for n, length in enumerate(lengths):
         duration = length / abs(master_velocity)
@@ -183,8 +184,8 @@ def course_by_time(
     end_velocity: float,
     limits: tuple[float, float, float],
 ) -> SlaveCourse:
-    """The course from position, velocity and acceleration to a velocity, by limits (acceleration,
-    deceleration, jerk)."""
+    """Return the course from position, velocity and acceleration to a velocity, by limits
+    (acceleration, deceleration, jerk)."""
     times, jerks = [0.0] * MAX_SEGMENTS, [0.0] * MAX_SEGMENTS
     count = plan_to_velocity(times, jerks, slave[1], slave[2], end_velocity, *limits)
     stretches = []

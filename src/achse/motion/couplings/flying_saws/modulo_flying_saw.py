@@ -124,7 +124,7 @@ def step(ax: AxisFields, rows: NcRows, dt: float) -> None:
 
 
 def others(parameters: Sequence[float]) -> tuple[float, ...]:
-    """The second master, parameter 3."""
+    """Return the second master, parameter 3."""
     return (parameters[2],) if parameters[2] else ()
 
 

@@ -61,7 +61,7 @@ def step(ax: AxisFields, rows: NcRows, dt: float) -> None:
 
 
 def check(ax: AxisFields, masters: Sequence[AxisFields], parameters: Sequence[float]) -> int:
-    """A slave that runs with its master, or changes over in time, takes another gear ratio.
+    """Return a slave that runs with its master, or changes over in time, takes another gear ratio.
 
     The service by four parameters (0x40) does not couple these types.
     """

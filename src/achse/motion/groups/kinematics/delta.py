@@ -14,7 +14,7 @@ _NEAR = 1e-6
 
 
 def forward(numbers: Sequence[float], axes: Sequence[float], places: MutableSequence[float]) -> int:
-    """The lower point in which three spheres about the arms' ends meet."""
+    """Return the lower point in which three spheres about the arms' ends meet."""
     out = numbers[0] - numbers[1]
     rod = numbers[3]
     r1 = out + numbers[2] * cos(radians(axes[0]))

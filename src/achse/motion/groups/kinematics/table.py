@@ -21,7 +21,7 @@ class KinematicsLaw(NamedTuple):
     """Names of its numbers in their order, with what they are by default."""
 
     def in_order(self, values: Mapping[str, float], what: str) -> list[float]:
-        """Its numbers, of which `values` are given. Raises GroupParametersError."""
+        """Return its numbers, of which `values` are given. Raises GroupParametersError."""
         for name in values:
             if name not in self.numbers:
                 known = ", ".join(self.numbers) or "none"
@@ -57,8 +57,8 @@ KINEMATICS: Mapping[str, KinematicsLaw] = MappingProxyType(
 
 
 def law_from_file(file: Path) -> KinematicsLaw:
-    """The law of a user: a Python file with `forward`, `inverse` and, if it has numbers, `NUMBERS`,
-    a dictionary of their names and defaults. Raises GroupParametersError."""
+    """Return the law of a user: a Python file with `forward`, `inverse` and, if it has numbers,
+    `NUMBERS`, a dictionary of their names and defaults. Raises GroupParametersError."""
     try:
         module = runpy.run_path(str(file))
     except Exception as failure:
