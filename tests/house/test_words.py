@@ -153,6 +153,29 @@ OTHERS = ("st/lint/", "st/workspace/", "plc/routines/xml_documents.py",
 RESULTS = ("asked", "found", "given", "held", "kept", "made", "told")
 """Participles that are not the name of a result: `match`, `entry`, `faults`, `operand` are."""
 
+RETIRED_CLASSES = {
+    "Agenda": "TimerQueue", "Beat": "SampleGroup", "Deck": "ChannelGroup", "Gate": "FrameFilter",
+    "Judge": "Completion, Outcome, AccessPolicy", "Outbox": "WriteBuffer",
+    "Pulse": "SampleTimer", "Road": "NetworkLink", "Turns": "Scheduler",
+    "Unanswered": "PendingRequests",
+}  # fmt: skip
+"""Words of class names that no manual has, and what to write; `CommandJudge` has one too."""
+
+RETIRED_NAMES = {
+    "Line": "ByteTransport", "agenda": "timer_queue",
+    "beat": "group", "deck": "group", "gate": "frame_filter",
+    "judge": "completion, check", "outbox": "write_buffer", "pulse": "timer", "road": "link",
+    "asked": "request, query", "found": "match, entries, the thing", "given": "values, the thing",
+    "held": "buffered, the thing", "kept": "retained, the thing", "told": "message, report",
+}  # fmt: skip
+"""Names of variables, parameters and functions, and what to write; plurals and `_private` too."""
+
+RENAMED_ROOMS = {
+    "cli", "client", "dap", "faults", "fleet", "gateway", "monitor", "router", "scope", "server",
+    "station", "swarm", "sweeps", "transport", "web",
+}  # fmt: skip
+"""Rooms of `src/achse` without retired words; the others follow."""
+
 
 def _room(path: Path) -> str:
     """`docs/how-to`, `src/achse/st`; the root's pages by name."""
@@ -252,6 +275,21 @@ def test_results_are_named_after_the_thing(tracked: list[Path], texts: Texts) ->
         for hit in bound.finditer(texts[path])
     ]
     assert not places, "name the thing:\n" + "\n".join(places)
+
+
+def test_retired_words_of_classes_do_not_come_back(parsed: dict[Path, Module]) -> None:
+    """Classes by their last word, all other names as a whole."""
+    places = []
+    for path, module in parsed.items():
+        if not path.is_relative_to("src/achse") or path.parts[2] not in RENAMED_ROOMS:
+            continue
+        for name in sorted(module.bound):
+            last = re.findall(r"[A-Z][a-z]*|$", name)[-2:][0]
+            whole = name.strip("_").removesuffix("s")
+            write = RETIRED_CLASSES.get(last) if name.strip("_")[:1].isupper() else None
+            if write := write or RETIRED_NAMES.get(whole):
+                places.append(f"{path}: {name} (write: {write})")
+    assert not places, "\n".join(places)
 
 
 def test_public_functions_have_the_verbs_of_the_field(parsed: dict[Path, Module]) -> None:

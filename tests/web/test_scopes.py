@@ -158,7 +158,7 @@ async def test_a_slow_page_gets_gaps_and_holds_nothing_up(shown: Shows) -> None:
         payload = bytes(1 << 20)
         for _ in range(20):
             viewer.send_queue.put_block(started["scope"], payload, 2, 1 << 16)
-        assert viewer.send_queue.held <= 5 << 20
+        assert viewer.send_queue.buffered_bytes <= 5 << 20
         assert await good.done("hello")
         slow.reads.set()
         dropped: list[Block] = []

@@ -77,7 +77,7 @@ def test_blocks_are_bounded_and_gaps_are_marked(blocks: list[tuple[int, int]]) -
             payload = number.to_bytes(8, "little") + bytes(size)
             sent.setdefault(scope, []).append(payload)
             send_queue.put_block(scope, payload, 1, 1)
-            assert send_queue.held <= MOST_BLOCK_BYTES + size + 8
+            assert send_queue.buffered_bytes <= MOST_BLOCK_BYTES + size + 8
         for message in await everything(send_queue):
             assert isinstance(message, bytes)
             kind, flags, scope, _, _, dropped = BLOCK_HEADER.unpack_from(message)
@@ -88,7 +88,7 @@ def test_blocks_are_bounded_and_gaps_are_marked(blocks: list[tuple[int, int]]) -
             sent[scope] = sent[scope][place + 1 :]
             assert dropped or not place
         assert not any(sent.values()), "the newest block of each scope is always sent"
-        assert send_queue.held == 0
+        assert send_queue.buffered_bytes == 0
 
     asyncio.run(play())
 
@@ -123,4 +123,4 @@ async def test_what_is_forgotten_is_not_sent() -> None:
     send_queue.forget_watch(2)
     send_queue.forget_scope(3)
     assert await everything(send_queue) == []
-    assert send_queue.held == 0
+    assert send_queue.buffered_bytes == 0

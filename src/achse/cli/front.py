@@ -172,8 +172,8 @@ def _report(fault: Any) -> int:
 def _in_our_words(message: str) -> str:
     """Return what is expected of a value, without the words of the parser's own checks."""
     message = message.removeprefix("Value error, ")
-    head, found, expected = message.partition("Input should be ")
-    if not found:
+    head, separator, expected = message.partition("Input should be ")
+    if not separator:
         return message
     expected = expected.partition(", unable to parse")[0]
     theirs = next((words for words in _EXPECTED if expected.startswith(words)), "")

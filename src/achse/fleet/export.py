@@ -117,7 +117,7 @@ def _needs_broker(plan: FleetPlan) -> bool:
 
 
 def _probe(plan: FleetPlan) -> list[str] | None:
-    """The command that tells in a container whether its station answers; None if none can.
+    """Return the health check of a container, a command; None if there is none.
 
     It asks the system service, which every station has, where all of them listen for plain ADS.
     """

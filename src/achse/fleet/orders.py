@@ -1,6 +1,6 @@
 """Orders to a supervisor from another process of the same user: a line of JSON, and its answer.
 
-They go over TCP on this computer; a key that only the user can read shows who gives them.
+They go over TCP on this computer; a key that only the user can read authenticates the sender.
 """
 
 import asyncio
@@ -73,7 +73,7 @@ class OrderPort:
 
 
 async def give_order(port: int, key: str, order: str, **details: Any) -> Any:
-    """The answer to an order. Raises OrderError; OSError if nobody listens."""
+    """Return the answer to an order. Raises OrderError; OSError if no supervisor listens."""
     reader, writer = await asyncio.open_connection(_HOST, port, limit=_LONGEST)
     try:
         writer.write(json.dumps({"key": key, "order": order} | details).encode() + b"\n")

@@ -32,7 +32,7 @@ _LAST_LINES_S = 5.0
 """Last lines of an ended process are awaited so long: its children may keep its stderr open."""
 
 _END_WITHIN_S = 20.0
-"""A process that was told to end has so long; then it is killed."""
+"""Seconds from the request to end until a process is killed."""
 
 Command = Callable[[Sequence[int], int | None], Sequence[str]]
 
@@ -85,7 +85,7 @@ class FleetSupervisor:
     """Runs the processes of a fleet from `run` until `stop`.
 
     `command(numbers, core)` is the command line of a process that serves these stations, ends when
-    its stdin ends, and tells of itself on stdout in JSON lines, see `achse.fleet.worker`. What it
+    its stdin ends, and reports on stdout in JSON lines, see `achse.fleet.worker`. What it
     writes to stderr comes through a pipe into a file in `logs`. Every `look_s` seconds the
     supervisor kills processes that reported nothing at `silent_looks` looks in a row.
     """
@@ -224,7 +224,8 @@ class FleetSupervisor:
             task.cancel()
 
     async def _run_once(self, process: FleetProcess) -> tuple[bool, str]:
-        """Start it and read what it tells until it ends: whether it was ready, how it ended."""
+        """Start it and read its messages until it ends; return if it was ready, and how it
+        ended."""
         async with self._starting:
             if self._stopping.is_set():
                 return False, "nothing"

@@ -1,4 +1,4 @@
-"""One process of a fleet: some of its stations in one loop, and what it tells about them."""
+"""One process of a fleet: some of its stations in one loop, and its messages about them."""
 
 import asyncio
 import os

@@ -1,4 +1,4 @@
-"""Packet captures: written as pcapng that tshark decodes, read from pcapng and pcap of anybody.
+"""Packet captures: written as pcapng that tshark decodes, read from pcapng and pcap of any program.
 
 An AMS packet is written as one TCP segment, or several, between the client's address and the
 router's at port 48898, with sequence numbers that fit, so that it looks like what it was.

@@ -28,7 +28,7 @@ from achse.router.tap import Captured
 from achse.server import RowFacts
 
 _PENDING = 10_000
-"""Requests without an answer that are remembered; the oldest are told as unanswered."""
+"""Requests without an answer that are remembered; the oldest are reported without an answer."""
 
 _AREAS = frozenset(
     (*range(0x4000, 0x4100), *range(ReservedGroup.INPUTS, ReservedGroup.CLEAR_INPUTS))
@@ -264,7 +264,7 @@ class Decoder:
         return known.at(group, offset, part.length)
 
     def _learn(self, request: Frame, part: Part, symbol: str, data: bytes) -> None:
-        """Note what an answer tells about symbols."""
+        """Note the symbols of an answer."""
         assert not isinstance(part, DeleteNotificationRequest)
         group, device = part.index_group, request.target
         match group, part:

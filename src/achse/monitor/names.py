@@ -60,7 +60,7 @@ class Names:
         return self._symbols.get(device, _NOTHING)
 
     def learn(self, device: bytes) -> KnownSymbols:
-        """The same, to be told more."""
+        """Return the symbols of a device, to be extended."""
         return self._symbols.setdefault(device, KnownSymbols())
 
     def alias(self, device: bytes, other: bytes) -> None:

@@ -219,7 +219,7 @@ def _shown(values: list[str]) -> str:
 
 
 def _learned(recording: Recording, rows: Mapping[int, Sequence[RowFacts]]) -> Names:
-    """All that the recording tells of symbols, so that it counts from the start."""
+    """Return all symbols of the recording, so that they are known from its start."""
     names = Names(rows)
     decoder = Decoder(names)
     for capture in recording.captures:

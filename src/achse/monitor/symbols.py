@@ -51,14 +51,14 @@ class _Upload:
 
 
 class KnownSymbols:
-    """Names, places, types and handles of one device, as far as they have been told."""
+    """Names, places, types and handles of one device, as far as they have been received."""
 
     def __init__(self) -> None:
         self._entries: dict[str, SymbolEntry] = {}
         self._places: dict[int, dict[tuple[int, int], SymbolEntry]] = {}
         """By index group, then by offset and size: a structure begins where its first part does."""
         self._in_order: dict[int, list[SymbolEntry]] = {}
-        """By index group, sorted by offset and size; made when somebody asks."""
+        """By index group, sorted by offset and size; made with the first query."""
         self._handles: dict[int, str] = {}
         self._types = TypeTable()
         self._type_by_name: dict[str, IecType[Any] | None] = {}
@@ -66,7 +66,7 @@ class KnownSymbols:
         self._coding: Coding = "cp1252"
         self._version: bytes | None = None
         self.is_whole = False
-        """For anyone who fetches all of it: True until it has become out of date."""
+        """True until a complete download has become out of date."""
 
     # learning --------------------------------------------------------------------------------
 
@@ -184,7 +184,7 @@ class KnownSymbols:
         return raw.split(b"\0", 1)[0].decode(self._coding, "replace")
 
     def handle_name(self, handle: int) -> str:
-        """The name behind a handle, empty if nobody said it."""
+        """Return the name of a handle; empty if unknown."""
         return self._handles.get(handle, "")
 
     def at(self, group: int, offset: int, length: int) -> str:

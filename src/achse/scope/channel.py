@@ -30,7 +30,7 @@ class ScopeChannel:
     index_group: int = 0
     index_offset: int = 0
     port: int = 0
-    """AMS port of the device; 0: the one that the scope takes unless told."""
+    """AMS port of the device; 0: the default port of the scope."""
     type: str = ""
     """A name of `SCOPE_TYPES`; empty: as the symbol or the row says."""
     sample_time_ns: int = 0

@@ -30,7 +30,7 @@ class ScopeSource:
     __slots__ = ("cycle_ns", "read", "type")
 
     def __init__(self, read: Read, type: ScopeType, cycle_ns: int) -> None:
-        """`cycle_ns` is how often the value can change, the sample time unless told."""
+        """`cycle_ns` is the cycle in which the value can change, the default sample time."""
         self.read = read
         self.type = type
         self.cycle_ns = cycle_ns
@@ -145,7 +145,7 @@ class ChannelGroup:
             except Exception:
                 self._lose_failing()
         row = self.count
-        # Before and after: who copies in another thread leaves out a row until it is whole.
+        # Before and after: a copy in another thread leaves out a row until it is complete.
         self._started_rows = row + 1
         fired = self._take(row % self.capacity)
         self.count = row + 1

@@ -226,7 +226,7 @@ class ScopeData:
         return to_polars(self)
 
     def save(self, path: str | Path) -> None:
-        """Write a file; its ending tells the form: `.csv`, `.scope` or `.parquet`.
+        """Write a file; its ending selects the form: `.csv`, `.scope` or `.parquet`.
 
         Raises ScopeError for another ending, OSError.
         """

@@ -215,7 +215,7 @@ class Recorder:
         return max(times, default=self.begin_ns or 0)
 
     def progress(self) -> dict[str, Any]:
-        """State and counts, for those who ask again and again."""
+        """Return state and counts, for repeated queries."""
         return {
             "state": self.state.name.lower(),
             "channel_groups": [

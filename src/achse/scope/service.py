@@ -21,7 +21,7 @@ class ScopeGroup(IntEnum):
     """The one view, id 1 (000 §5.2)."""
     SCOPES = 0xFA10
     """Ours. Offset 0: Read lists all scopes, ReadWrite makes one of a definition. Offset = number:
-    Read tells its state, ReadWrite commands it."""
+    Read returns its state, ReadWrite commands it."""
     SAMPLES = 0xFA11
     """Ours. Offset = number: ReadWrite gives samples in the binary form."""
 

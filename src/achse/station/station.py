@@ -390,8 +390,8 @@ class Station:
         At speed 1 the time stamp of a cycle is the wall clock at the moment it was due; at others
         it goes on from `epoch_ns` in station time.
 
-        `speed` may be `math.inf`: as fast as the machine can; with 0 time stands, until `advance`
-        is called in the station's loop. `until` ends the cycle at that station time (s).
+        `speed` may be `math.inf`: as fast as the machine can; with 0 time is halted, until
+        `advance` is called in the station's loop. `until` ends the cycle at that station time (s).
 
         `host` does not change the NetId, which was derived from the configuration's. Searches are
         answered at `udp_port`, see `RouterConfig`; routes are dialled when needed.

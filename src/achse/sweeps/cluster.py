@@ -64,7 +64,7 @@ def sweep(
 
     - `parameters`: values of each; `seeds`: 0 … seeds - 1 with every combination;
     - `file`: where the rows go (Parquet). A sweep that was interrupted goes on where it was;
-    - `workers`: processes on this computer, one for each core unless told; 0 runs in this process;
+    - `workers`: processes on this computer, by default one for each core; 0 runs in this process;
     - `scheduler`: the address of a Dask scheduler (`tcp://host:8786`) instead;
     - `longest`: seconds that a run may take, then it has failed;
     - `progress(done, all)`: called as runs are done.

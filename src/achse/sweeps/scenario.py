@@ -53,7 +53,7 @@ class Scenario:
         module.__file__ = self.file
         sys.modules[_MODULE] = module  # where dataclasses look for their annotations
         folder = str(Path(self.file).parent)
-        if folder not in sys.path:  # what lies beside it can be imported, as in a script
+        if folder not in sys.path:  # modules beside it can be imported, as in a script
             sys.path.append(folder)
         try:
             exec(compile(self.source, self.file, "exec"), module.__dict__)

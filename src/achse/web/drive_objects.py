@@ -61,7 +61,7 @@ class DriveObjectHandlers:
         """
         station = arguments.integer("drive", None, 1, 0xFFFE)
         master, slave = await self._buses.slave(station)
-        row = _found(arguments.text("key"), await self._rows(slave))
+        row = _row_of(arguments.text("key"), await self._rows(slave))
         if not _writable(row, await self._sent(master, slave, station)):
             raise CallError(f"{row.name}: expected an object that may be written")
         data = _packed(row, arguments.value("value"))
@@ -105,7 +105,7 @@ async def _read(slave: Target, row: ObjectRow) -> float | None:
     return struct.unpack(row.type.form, data)[0] if len(data) == size else None
 
 
-def _found(key: str, rows: list[ObjectRow]) -> ObjectRow:
+def _row_of(key: str, rows: list[ObjectRow]) -> ObjectRow:
     for row in rows:
         if _key(row) == key:
             return row

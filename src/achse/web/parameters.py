@@ -42,7 +42,7 @@ class ParameterHandlers:
     async def write(self, arguments: Arguments) -> dict[str, Any]:
         """Call `axes.write`: set a parameter by its key; the answer has the value that it has."""
         axis = self._nc.axis(arguments.integer("axis", None, 1, 255))
-        each = _found(axis, arguments.text("key"))
+        each = _parameter_of(axis, arguments.text("key"))
         value = arguments.value("value")
         if isinstance(value, bool):
             value = int(value)
@@ -52,7 +52,7 @@ class ParameterHandlers:
         return {"value": _shown(await each.read())}
 
 
-def _found(axis: RemoteAxis, key: str) -> AxisValue:
+def _parameter_of(axis: RemoteAxis, key: str) -> AxisValue:
     match = _KEY.fullmatch(key)
     if match is not None and int(match[1], 16) == PARAMETERS:
         offset = int(match[3], 16)

@@ -348,7 +348,7 @@ class ScopeHandlers:
         width = len(channels_of(blocks)) + 1
         parts = rows_of(blocks, self._zero or 0, _ROWS_AT_ONCE)
         while (part := await asyncio.to_thread(next, parts, None)) is not None:
-            await send_queue.held_below(_WAITING)
+            await send_queue.drained_to(_WAITING)
             send_queue.put_block(number, part.columns, width, part.size)
         send_queue.put_block(number, b"", 0, 0, BlockFlag.END)
 

@@ -38,7 +38,7 @@ class BlockFlag:
     """No more blocks come."""
 
 
-class _Lines:
+class _WaitingLines:
     """Lines of one watch that wait."""
 
     def __init__(self) -> None:
@@ -68,7 +68,7 @@ class PageSendQueue:
         self._answers: deque[str] = deque()
         self._states: dict[int, str] = {}
         self._skipped: dict[int, int] = {}
-        self._lines: dict[int, _Lines] = {}
+        self._lines: dict[int, _WaitingLines] = {}
         self._blocks: deque[_Block] = deque()
         self._block_bytes = 0
         self._dropped: dict[int, int] = {}
@@ -79,7 +79,7 @@ class PageSendQueue:
         self._lighter = asyncio.Event()
 
     @property
-    def held(self) -> int:
+    def buffered_bytes(self) -> int:
         """Bytes of samples that wait."""
         return self._block_bytes
 
@@ -103,7 +103,7 @@ class PageSendQueue:
 
     def put_lines(self, watch: int, lines: list[str]) -> None:
         """Lines of a watch, each as JSON."""
-        self._lines.setdefault(watch, _Lines()).add(lines)
+        self._lines.setdefault(watch, _WaitingLines()).add(lines)
         self._some.set()
 
     def put_block(
@@ -129,7 +129,7 @@ class PageSendQueue:
         else:
             following.flags |= BlockFlag.GAP | (oldest.flags & (BlockFlag.END | BlockFlag.TRIGGER))
 
-    async def held_below(self, size: int) -> None:
+    async def drained_to(self, size: int) -> None:
         """Wait until no more than so many bytes of samples wait."""
         while self._block_bytes > size:
             self._lighter.clear()
@@ -181,7 +181,7 @@ class PageSendQueue:
             return head + block.payload
         return None
 
-    def _some_lines(self, watch: int, lines: _Lines) -> str:
+    def _some_lines(self, watch: int, lines: _WaitingLines) -> str:
         count = min(len(lines.waiting), _LINES_AT_ONCE)
         chosen = ",".join(lines.waiting.popleft() for _ in range(count))
         lost, lines.lost_lines = lines.lost_lines, 0

@@ -52,7 +52,7 @@ def test_a_trigger_is_waited_for(cli: Cli, tmp_path: Path) -> None:
             1,
             "with one of rising, falling",
         ),
-        (("record", "a.csv", "9:x"), 1, "nobody is at port 9"),
+        (("record", "a.csv", "9:x"), 1, "no device at port 9"),
         (("record", "a.csv", "500:0x4101:0x50"), 1, "a scope cannot have this value"),
         (("start", "77"), 1, "no scope has the number 77"),
         (("trigger", "1"), 1, "scope 1 does not wait for a trigger: start it"),

@@ -176,7 +176,7 @@ def test_beyond_this_computer_it_listens_only_if_told_in_so_many_words(
     assert f" net_id={net_id_at('0.0.0.0')} tcp=0.0.0.0:" in run.stdout.readline()
     run.terminate()
     _, told = run.communicate()
-    assert "Anyone who reaches it may, without a password:" in told
+    assert "Any client that reaches it may, without a password:" in told
     assert "- stop, restart and shut down the station" in told
 
 

@@ -130,7 +130,7 @@ def test_a_stop_is_done_at_rest() -> None:
 
 
 @pytest.mark.parametrize(
-    "judge", [CommandCompletion("X", 8), StandstillCompletion("X"), CommandCompletion("X", 9)]
+    "completion", [CommandCompletion("X", 8), StandstillCompletion("X"), CommandCompletion("X", 9)]
 )
 def test_an_axis_that_has_a_job_and_stands_is_noticed(completion: Completion) -> None:
     stuck = replace(BUSY, command_number=8, motion_number=int(MotionState.OVERRIDE_ZERO))

@@ -45,7 +45,7 @@ def test_rows_and_symbols_of_any_device_are_found(
     ("words", "told"),
     [
         ("MAIN.nCountr", "port 851 has no symbol 'MAIN.nCountr'; did you mean 'MAIN.nCounter'?"),
-        ("852:MAIN.n", "nobody is at port 852, there are 1, 30, 100, 110, 200, 500, 501, 851"),
+        ("852:MAIN.n", "no device at port 852, there are 1, 30, 100, 110, 200, 500, 501, 851"),
         ("10000:MAIN.n", "the device at port 10000 has no symbols"),
         ("500:Axes.X.ToPlc", "expected a number or a BOOL, Axes.X.ToPlc is a NCTOPLC_AXIS_REF"),
         ("500:0x4109:0x0A", "id 9"),

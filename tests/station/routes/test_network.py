@@ -148,7 +148,7 @@ async def test_beyond_this_computer_a_station_listens_only_if_told_in_so_many_wo
     else:
         async with serving as running:
             assert running.host == "0.0.0.0"
-    lets_in = "0.0.0.0 and lets everybody in. Anyone who reaches it may, without a password:"
+    lets_in = "0.0.0.0 and lets everybody in. Any client that reaches it may, without a password:"
     assert (lets_in in caplog.text) is (said in ("configuration", "call"))
 
 

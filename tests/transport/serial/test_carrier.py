@@ -16,7 +16,7 @@ from achse.ams.commands import (
     WriteRequest,
 )
 from achse.ams.notification import encode_stream
-from achse.transport.serial.carrier import LONGEST_SAMPLE, SerialCarrier, SerialLine
+from achse.transport.serial.carrier import LONGEST_SAMPLE, SerialCarrier, SerialTransport
 
 CLIENT = AmsAddress("127.0.0.1.1.2:40000")
 DEVICE = AmsAddress("127.0.0.1.1.1:851")
@@ -207,7 +207,9 @@ def test_a_packet_that_is_no_ams_is_dropped() -> None:
 def test_a_peers_line_carries_packets_without_their_tcp_header() -> None:
     pair = Pair()
     closed: list[str] = []
-    line = SerialLine(pair.client, lambda: closed.append("close"), lambda: closed.append("abort"))
+    line = SerialTransport(
+        pair.client, lambda: closed.append("close"), lambda: closed.append("abort")
+    )
     both = read(invoke_id=1).encode_tcp() + read(invoke_id=2).encode_tcp()
     line.write(both[:50])
     line.write(both[50:])

@@ -72,10 +72,10 @@ def fleet_recorded(record: FleetRecord) -> Iterator[None]:
             yield
         finally:
             file.unlink(missing_ok=True)
-            _held.append(os.dup(opened.fileno()))
+            _locked_files.append(os.dup(opened.fileno()))
 
 
-_held: list[int] = []
+_locked_files: list[int] = []
 """Files of records that are locked until this process has ended: `until_gone` waits for that."""
 
 

@@ -65,7 +65,7 @@ class ScopeChannels:
             raise ScopeError(f"{channel.name}: {refusal.context or refusal}") from None
         except ScopeError:
             raise
-        except Exception as failure:  # a value that somebody's code computes
+        except Exception as failure:  # a value that the user's code computes
             raise ScopeError(f"{channel.name}: cannot be read: {failure}") from None
         if size < source.type.size:
             raise ScopeError(
@@ -82,7 +82,7 @@ class ScopeChannels:
                 return device
             ports |= at
         there = ", ".join(map(str, sorted(ports)))
-        raise ScopeError(f"{channel.name}: nobody is at port {port}, there are {there}")
+        raise ScopeError(f"{channel.name}: no device at port {port}, there are {there}")
 
     def _rows_of(self, device: Device) -> "_Rows":
         rows = self._rows.get(id(device))

@@ -69,13 +69,13 @@ class ScopeDevice(Device):
                 RawGroup(
                     ScopeGroup.SCOPES,
                     "scopes",
-                    read=self._tell,
+                    read=self._read_state,
                     read_write=self._command,
                     last_offset=0xFFFF_FFFF,
                     request="JSON: a definition, or start, stop, trigger, close, progress",
                     response="JSON: the scopes, a scope, or the error",
                     description="Offset 0: Read lists, ReadWrite makes a scope. Offset = number:"
-                    " Read tells its state, ReadWrite commands it.",
+                    " Read returns its state, ReadWrite commands it.",
                     source="achse",
                 ),
                 RawGroup(
@@ -99,7 +99,7 @@ class ScopeDevice(Device):
         return self.scopes[VIEW_ID]
 
     def deliver(self, frame: Frame) -> bool:
-        """Answer a request; files are written in the turn of who asks."""
+        """Answer a request; files are written in the turn of the request."""
         outer, self._asking = self._asking, frame.source
         try:
             return super().deliver(frame)
@@ -170,7 +170,7 @@ class ScopeDevice(Device):
 
     # the modern face -----------------------------------------------------------------------------
 
-    def _tell(self, number: int, length: int, client: bytes) -> bytes:
+    def _read_state(self, number: int, length: int, client: bytes) -> bytes:
         if number:
             return _json(self._facts(self.scopes[number]))
         return _json(

@@ -98,7 +98,7 @@ class _Bound(Generic[V]):
         self.value = bind()
 
     def bind_again(self) -> None:
-        """Find the variable again; one that is gone is told, and left alone."""
+        """Find the variable again; a removed one is logged, and not written."""
         try:
             self.value = self._bind()
         except ConfigError as fault:

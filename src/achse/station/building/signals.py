@@ -87,7 +87,7 @@ class _Signal:
         self._value: Callable[[int], float] | None = self._waveform()
 
     def bind_again(self) -> None:
-        """Go on after an online change; a variable that is gone is told, and left alone."""
+        """Go on after an online change; a removed variable is logged, and not written."""
         try:
             self._bind()
         except ConfigError as fault:
@@ -95,7 +95,7 @@ class _Signal:
             self._value = None
 
     def write(self, now_ns: int) -> None:
-        """Write the value of this moment; one that cannot be computed is told once."""
+        """Write the current value; one that cannot be computed is logged once."""
         if self._value is None:
             return
         try:

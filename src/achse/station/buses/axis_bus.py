@@ -86,7 +86,7 @@ class DriveBus(Protocol):
         """Call `renewed` whenever `slaves` are others: the bus was searched again."""
 
     def torque_per_acceleration(self, number: int) -> float:
-        """‰ for an increment a second² at drive `number`, 0 if nobody knows."""
+        """‰ for an increment a second² at drive `number`, 0 if unknown."""
 
     def digest(self) -> bytes:
         """Return the hash of the bus state that belongs to the station's state."""

@@ -108,7 +108,7 @@ class EthercatBus:
         """Nothing: there is no interface."""
 
     def torque_per_acceleration(self, number: int) -> float:
-        """‰ for an increment a second² at drive `number`, 0 if nobody knows."""
+        """‰ for an increment a second² at drive `number`, 0 if unknown."""
         return torque_per_acceleration(self.drives[number])
 
     def digest(self) -> bytes:

@@ -78,7 +78,7 @@ class BusLink:
     """Joins `master` to the slaves on a link.
 
     In a station `send` ends a cycle and `take` begins the next: the frames travel in between, and
-    nobody waits, but a cycle that comes too early: half a cycle from `send` on. `exchange` does
+    no call waits, except a cycle that comes too early: half a cycle from `send` on. `exchange` does
     both at once and waits for the frames. `wait_s` is how long that may be: by default a quarter of
     the bus cycle. `clock` gives ns, `now` is `time.time_ns`.
     """

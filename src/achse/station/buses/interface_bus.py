@@ -52,7 +52,7 @@ class InterfaceBus:
 
     In each cycle `take` brings what has come since the last one, `exchange` sends. `trouble` says
     why the bus does not work as configured, empty if it does. After a search with another result
-    than before there is another `master`; `on_renewal` tells.
+    than before there is another `master`; `on_renewal` is called.
     """
 
     faults = None

@@ -10,7 +10,7 @@ from achse.transport.ethernet import LinkError
 
 _AGAIN_NS = 5_000_000
 """Until an interface that is not there is tried again: with its link the ring is closed, and what
-comes back there is lost as long as nobody listens."""
+comes back there is lost while no master listens."""
 
 
 class BusSocket(FrameLink, Protocol):

@@ -4,7 +4,7 @@ What frames would carry is copied between the images of the process data and the
 drives, in the order in which frames do it: the drives step with the outputs of the cycle before,
 the NC works with the inputs of the cycle before, then both are exchanged.
 
-Kernel source: compiled as it stands; there is no plain form.
+Kernel source: compiled unchanged; there is no plain form.
 """
 
 from collections.abc import MutableSequence, Sequence

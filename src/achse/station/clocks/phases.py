@@ -42,7 +42,7 @@ class ChangePhase(Phase):
 
 
 class NcPhase(Phase):
-    """The SAF task of the NC. Its cycles can be done in one go: nobody looks in between."""
+    """The SAF task of the NC. Its cycles can be done in one go: no phase reads between them."""
 
     place, name = PhasePlace.NC, "nc"
     catches_up = True
@@ -150,7 +150,7 @@ class NotificationPhase(Phase):
         self._look_ahead()
 
     def _look_ahead(self) -> None:
-        """Find when the first sample is due; what becomes due earlier tells the budget."""
+        """Find the time of the first sample; earlier ones report to the budget."""
         due = math.inf
         for notifications in self._notifications:  # half the time of min()
             if notifications.due_ns < due:

@@ -2,8 +2,8 @@
 
 A process of ordinary priority gives a sign some twenty times a second. If it gives none while this
 process computes for long, ordinary programs do not get a processor. Use alone does not count: on a
-computer with a processor to spare a busy master harms nobody. A host that takes the processor away
-silences both, and is not counted, as this process does not compute then either.
+computer with a processor to spare a busy master harms no other program. A host that takes the
+processor away silences both, and is not counted, as this process does not compute then either.
 """
 
 import contextlib
@@ -41,7 +41,7 @@ def answer_promptly() -> bool:
     """Let this thread run before everything else on the machine; False if that is not allowed.
 
     Masters give a frame some 2 ms. Where other programs compute, an ordinary process waits longer
-    for the processor than that, whatever its niceness. The garbage collector is told to leave
+    for the processor than that, whatever its niceness. The garbage collector is set to leave
     alone what is there already.
     """
     gc.collect()

@@ -23,7 +23,7 @@ class BridgeConfig(BrokerConfig):
     symbols: Sequence[str] = Field(min_length=1, max_length=1024)
     """Symbols whose values are published when they change."""
     writable: Sequence[str] = Field(default=(), max_length=1024)
-    """Symbols that anyone who may publish at the broker may write, by `topic/SYMBOL/set`."""
+    """Symbols that any client that may publish at the broker may write, by `topic/SYMBOL/set`."""
     cycle: DurationNs = 100_000_000
     """Interval at which the device looks for changes."""
 

@@ -42,7 +42,7 @@ class BusConfig(ConfigTable):
     frames keep their place between the SYNC0 of the drives; or that of the computer. Of several
     buses the first one leads."""
     clock_window: DurationNs = Field(default=10_000, ge=100)
-    """A slave whose clock is further than this from the reference is told: 0x1000 in the state of
+    """Largest distance of a slave's clock from the reference; beyond it 0x1000 is in the state of
     the bus, and an event."""
     cycle: DurationNs = Field(default=2_000_000, ge=100_000)
     """Of a bus of terminals alone; with drives the cycle is that of the NC."""

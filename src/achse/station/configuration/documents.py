@@ -49,7 +49,7 @@ def parse_json(text: str | bytes) -> Any:
 def check_file(file: Path) -> None:
     """Raise OSError for a file that is not there, may never end (a pipe, a device) or is too large.
 
-    A folder passes: who reads it says so.
+    A folder passes: its reader reports it.
     """
     size = file.stat().st_size
     if not (file.is_file() or file.is_dir()):

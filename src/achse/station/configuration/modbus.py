@@ -13,7 +13,7 @@ _PLACE = re.compile(r"(?P<host>[^:\s]+)(?::(?P<port>\d{1,5}))?")
 
 class ModbusConfig(ConfigTable):
     """[modbus]: the Modbus server, AMS port 10500, which the blocks of Tc2_ModbusSrv need. Without
-    this table they answer 0x6: nobody is there."""
+    this table they answer 0x6: no device there."""
 
     peers: Mapping[str, str] = {}
     """Devices that programs may ask: the address as they name it, with `:port` if others of that

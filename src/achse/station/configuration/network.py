@@ -103,7 +103,7 @@ class RouteConfig(ConfigTable):
 
 
 class SerialConfig(ConfigTable):
-    """[[serial]]: a serial port where somebody may ask the station, or is asked (extra `serial`).
+    """[[serial]]: a serial port to a client or a target of the station (extra `serial`).
 
     A packet on it has 255 bytes at most.
     """
@@ -114,7 +114,7 @@ class SerialConfig(ConfigTable):
     parity: Parity = "none"
     stop_bits: int = 1
     net_id: ConfiguredNetId | None = None
-    """The NetId of who is at the other end: what asks for it goes there."""
+    """NetId of the other end: requests for it are sent there."""
 
     @model_validator(mode="after")
     def _can_be(self) -> "SerialConfig":

@@ -245,7 +245,7 @@ def _put_on_interfaces(
     """Write interfaces into the tables of buses."""
     tables = document.get("bus", [])
     if not isinstance(tables, list) or not all(isinstance(each, dict) for each in tables):
-        return  # the file is wrong, and that is told
+        return  # the file is wrong, and that is reported
     names = [str(table.get("name", BusConfig.model_fields["name"].default)) for table in tables]
     listed = ", ".join(names) or "none"
     wanted = dict(interfaces)

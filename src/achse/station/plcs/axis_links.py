@@ -135,7 +135,7 @@ class AxisLinks:
     """The axes that are linked to one PLC.
 
     `wanted` are names of variables with their axes: an AXIS_REF (`MAIN.Axis1`) or one structure.
-    An online change finds them again where they are then; one that is gone is told in the log, and
+    An online change finds them again where they are then; a removed one is logged, and
     its axis loses its enables.
     """
 
@@ -271,7 +271,7 @@ def link_axes(
 
     `plc` of an axis names its variables. Of the other axes those are linked that the solution of a
     PLC maps (`mapped`, by port); then an AXIS_REF belongs to the axis of its name, and where the
-    station has one axis, its only AXIS_REF or pair of structures to that. What is left is told in
+    station has one axis, its only AXIS_REF or pair of structures to that. What is left is logged in
     the log. Raises ConfigError.
     """
     places = _Places(nc, plcs)

@@ -4,7 +4,7 @@ Before the tasks of a PLC run, each linked channel shows itself in its NCTOPLC v
 what is in its PLCTONC variable goes to the channel: skip mask, granted M function, overrides, and
 the operation mode when the program changes it. Types are those of TwinCAT 3
 (NCTOPLC_NCICHANNEL_REF, 160 bytes, and PLCTONC_NCICHANNEL_REF, 128) and of TwinCAT 2
-(NciChannelToPlc and NciChannelFromPlc, 150 each); the length tells the layout.
+(NciChannelToPlc and NciChannelFromPlc, 150 each); the length selects the layout.
 """
 
 import logging
@@ -97,7 +97,7 @@ class _Takes:
         self.requested = ChannelFromPlc()
 
     def take(self, data: bytes | bytearray) -> None:
-        """Hand on what the program wants; again where somebody else changed it meanwhile."""
+        """Pass on the requests of the program; repeat those that another client has changed."""
         if data != self.last:
             before = self.requested
             decoded = self.layout.decode(bytes(data).ljust(self.layout.size, b"\0"))
@@ -124,7 +124,7 @@ class ChannelLinks:
     """The channels that are linked to one PLC.
 
     `wanted` are names of variables with their channels. An online change finds them again where
-    they are then; one that is gone is told in the log, and its channel gets zeros: it stands.
+    they are then; a removed one is logged, and its channel gets zeros: it is at standstill.
     """
 
     def __init__(self, plc: PlcRuntime, wanted: Mapping[str, NcChannel]) -> None:
@@ -204,7 +204,7 @@ def link_channels(
 
     `plc` of a channel names its variables. Other channels get the links of the PLC's solution
     (`mapped`, by port). Where the station has one channel, the only pair of
-    structures (or the only one) belongs to it. What is left is told in the log. Raises ConfigError.
+    structures (or the only one) belongs to it. What is left is logged. Raises ConfigError.
     """
     places = _Structures(nc, plcs)
     for number, config in enumerate(channels, 1):

@@ -14,7 +14,7 @@ from achse.station.configuration.types import ConfigError
 _PLACE = re.compile(r"%([IQ])B(\d{1,9})", re.IGNORECASE)
 _AREAS = {"i": Area.INPUT, "q": Area.OUTPUT}
 
-_Judge = Callable[[StructType[Any]], bool]
+_TypeTest = Callable[[StructType[Any]], bool]
 
 
 class PlacedStructure(NamedTuple):
@@ -46,8 +46,8 @@ class NamedPlace(Protocol):
 
 def placed_structures(
     variables: Iterable[PlacedVariable],
-    is_wanted: _Judge,
-    is_owner: _Judge = lambda type: False,
+    is_wanted: _TypeTest,
+    is_owner: _TypeTest = lambda type: False,
 ) -> list[PlacedStructure]:
     """The wanted structures among the variables that are at an address, by place.
 
@@ -74,7 +74,7 @@ def placed_structures(
 class _Walk:
     """Goes through types; what holds nothing is looked at once."""
 
-    def __init__(self, is_wanted: _Judge, is_owner: _Judge) -> None:
+    def __init__(self, is_wanted: _TypeTest, is_owner: _TypeTest) -> None:
         self._is_wanted, self._is_owner = is_wanted, is_owner
         self._holds_by_type: dict[int, bool] = {}
 

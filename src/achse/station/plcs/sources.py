@@ -411,7 +411,7 @@ class PlcSource:
             return make()
         except (DeclarationError, ConfigError) as fault:
             raise ConfigError(f"{self.key}{key}: {fault}") from fault
-        except Exception as failure:  # of the user's Python: told with its place
+        except Exception as failure:  # of the user's Python: reported with its place
             raise ConfigError(f"{self.key}{key}: {_in_words(failure)}") from failure
 
 

@@ -142,7 +142,7 @@ class Network:
                 )
             log.warning(
                 "this station listens at %s and lets everybody in."
-                " Anyone who reaches it may, without a password:",
+                " Any client that reaches it may, without a password:",
                 where,
             )
             for item in self._any_client_may:

@@ -200,7 +200,7 @@ class Operation:
 
 
 def _log_failure(task: "asyncio.Task[None]") -> None:
-    """A broken cycle leaves clients connected to a station that stands: say so at once."""
+    """Log a broken cycle at once: clients stay connected to a station that is halted."""
     if not task.cancelled() and (failure := task.exception()) is not None:
         log.error("%s broke: %r", task.get_name(), failure)
 

@@ -109,7 +109,7 @@ class StationStates:
             now = self._cycle.now_ns
             arrival = now + self._ground.config.system.restart_time
             self._changes.plan((now, self._leave), (arrival, enter), *others)
-        # Who asked for it reads the state as soon as it is answered, and must not find RUN.
+        # The requester reads the state as soon as it is answered, and must not read RUN.
         self.system.ads_state = AdsState.STOP
 
     def _leave(self) -> None:

@@ -1,4 +1,4 @@
-"""Figures about a running station: who is connected, what they hold, whether it keeps up."""
+"""Figures about a running station: its clients, their resources, its lag behind the clock."""
 
 from collections.abc import Mapping, Sequence, Sized
 from typing import TYPE_CHECKING, Any, Protocol

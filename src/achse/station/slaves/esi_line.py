@@ -75,7 +75,7 @@ def _chosen(spec: str, folder: EsiFolder) -> list[tuple[EsiDevice, tuple[str, ..
 
 
 def _acts(texts: Sequence[str], count: int) -> dict[int | None, Callable[[], SlaveBehaviour]]:
-    """Return the maker of each place's behaviour; None stands for all other places."""
+    """Return the maker of each place's behaviour; None is the key of all other places."""
     acts: dict[int | None, Callable[[], SlaveBehaviour]] = {}
     for text in texts:
         place, _, what = text.partition("=")
@@ -83,7 +83,7 @@ def _acts(texts: Sequence[str], count: int) -> dict[int | None, Callable[[], Sla
         def make(what: str = what) -> SlaveBehaviour:
             return make_behaviour(what)
 
-        make()  # a wrong one is told before anything is made
+        make()  # a wrong one is reported before anything is made
         if place == "all":
             acts[None] = make
         elif place.isdecimal() and 1 <= int(place) <= count:

@@ -255,7 +255,7 @@ def _too_long(response: Frame) -> Frame:
     return _with_data(response, result.encode())
 
 
-class SerialLine:
+class SerialTransport:
     """A serial line as the transport of a `Peer`: its bytes are AMS/TCP, those of the line are
     not."""
 

@@ -16,7 +16,7 @@ from achse.transport.connections.fair_queue import FairQueue
 from achse.transport.connections.peer import Peer
 from achse.transport.connections.send_budget import SendBudget
 from achse.transport.reason import reason
-from achse.transport.serial.carrier import SerialCarrier, SerialLine
+from achse.transport.serial.carrier import SerialCarrier, SerialTransport
 from achse.transport.serial.port import SerialPort, SerialPortError, open_serial_port
 
 log = logging.getLogger("achse.serial")
@@ -160,7 +160,7 @@ class _Connection(asyncio.Protocol):
             baud=self._served.port.baud,
             changed=self._peer.count,
         )
-        end = SerialLine(carrier, line.abort, line.abort)
+        end = SerialTransport(carrier, line.abort, line.abort)
         self._peer.peer = self._served.port.device
         self._peer.begin(end, congested=carrier.congested_at)
 
