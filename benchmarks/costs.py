@@ -17,7 +17,7 @@ import time
 from collections.abc import Iterator
 from pathlib import Path
 
-from roads import broker, certificates, missing, secure_target, to_station
+from transports import broker, certificates, missing, secure_target, to_station
 
 TICKS = os.sysconf("SC_CLK_TCK")
 AXES = 100
@@ -86,9 +86,9 @@ def of_station(seconds: float) -> None:
         print(f"axis, {name:<20} {share:8.4%} of a core   {own * 1024:6.0f} kB")
 
 
-async def ask(road: object, reads: int) -> float:
+async def ask(transport: object, reads: int) -> float:
     """Processor seconds of this process for so many reads."""
-    async with road as read:  # type: ignore[attr-defined]
+    async with transport as read:  # type: ignore[attr-defined]
         await read()
 
         async def go_on() -> None:
@@ -109,14 +109,14 @@ def of_requests(folder: Path, reads: int) -> None:
         mqtt = None if without_mqtt else stack.enter_context(broker(folder))
         text += axes(1)
         if mqtt is not None:
-            text += f'[[mqtt]]\nbroker = "127.0.0.1"\nport = {mqtt[0]}\ntopic = "roads"\n'
+            text += f'[[mqtt]]\nbroker = "127.0.0.1"\nport = {mqtt[0]}\ntopic = "transports"\n'
         text += "" if without_tls else certificates(folder)
         process, words = stack.enter_context(station(text))
         targets = {"TCP": words["tcp"]}
         if not without_tls:
             targets["TLS"] = secure_target(folder, int(words["secure"].rpartition(":")[2]))
         if mqtt is not None:
-            targets["MQTT"] = f"mqtt://127.0.0.1:{mqtt[0]}/roads"
+            targets["MQTT"] = f"mqtt://127.0.0.1:{mqtt[0]}/transports"
         for name, target in targets.items():
             before, between = processor(process), mqtt and processor(mqtt[1])
             own = asyncio.run(ask(to_station(target), reads))

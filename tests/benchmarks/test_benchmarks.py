@@ -44,7 +44,7 @@ SHORT: dict[str, tuple[list[str], str]] = {
     "path_blocks.py": (["2000"], rf"planning +{NUMBER} µs per block"),
     "planner.py": (["--cases", "50"], rf"any state +{NUMBER} +{NUMBER} +{NUMBER} +{NUMBER}"),
     "reads.py": (["50", "1"], rf"achse station +{NUMBER} reads/s +median latency +{NUMBER} µs"),
-    "roads.py": (["50"], rf"TCP, achse +{NUMBER} +{NUMBER} µs +{NUMBER} answers/s"),
+    "transports.py": (["50"], rf"TCP, achse +{NUMBER} +{NUMBER} µs +{NUMBER} answers/s"),
     "router_kills.py": (["1"], r"nothing left after \d+"),
     "same_run.py": (["--seconds", "10", "--turns", "30"], r"[1-9]\d* frames, \d+ lines, hash \w+"),
     "samples.py": (["20", "50", "0.3"], r"0 lost, 0\.000%"),

@@ -458,7 +458,7 @@ elsewhere(
 elsewhere(
     "Sums need the rights of their parts.",
     f"{PEERS}::test_what_a_request_needs",
-    f"{ROWS}::test_rights_hold_for_every_row_by_every_road",
+    f"{ROWS}::test_rights_hold_for_every_row_by_every_transport",
 )
 elsewhere(
     "Reading alone is enough for a client that takes handles, subscribes and lists symbols.",

@@ -1,4 +1,4 @@
-"""Rights hold for every row of every device, by every road, whatever is drawn.
+"""Rights hold for every row of every device, by every transport, whatever is drawn.
 
 What a request needs is said here once more, from the rows and not from the code that decides; then
 a hostile client with few rights tries all rows of a whole station, and what it had no right to
@@ -182,7 +182,7 @@ def drawn(by: random.Random, count: int) -> Iterator[Asked]:
         yield from others(port)
 
 
-# by which road -------------------------------------------------------------------------------
+# by which transport -------------------------------------------------------------------------------
 
 
 class Line:
@@ -218,7 +218,7 @@ def source(rights: Right) -> AmsAddress:
     return AmsAddress(f"192.0.2.{rights.value + 1}.1.1:30000")
 
 
-class Roads:
+class Transports:
     """A router with somebody at every port, and clients with every selection of rights."""
 
     def __init__(self) -> None:
@@ -249,16 +249,16 @@ class Roads:
         self.router.routes.add(route)
         return route
 
-    def answer(self, road: str, rights: Right, asked: Asked) -> int:
+    def answer(self, transport: str, rights: Right, asked: Asked) -> int:
         """The AMS error that a client with these rights gets."""
         frame = asked.frame(source(rights))
-        if road == "mqtt":
+        if transport == "mqtt":
             self.published.clear()
             self._mqtt.received(frame.encode_tcp()[6:])
             self.loop.run()
             (message,) = self.published
             return int.from_bytes(message[24:28], "little")
-        peer, line = self._peers[road, rights]
+        peer, line = self._peers[transport, rights]
         line.sent = b""
         peer.receive(frame.encode_tcp())
         self.loop.run()
@@ -266,24 +266,28 @@ class Roads:
         assert isinstance(back, Frame)
         return back.error
 
-    def use(self, road: str) -> None:
-        """All clients come by this road."""
+    def use(self, transport: str) -> None:
+        """All clients come by this transport."""
         for rights in EVERY_SELECTION:
-            tls = RouteTls(fingerprint=identity("panel").fingerprint) if road == "secure" else None
+            tls = (
+                RouteTls(fingerprint=identity("panel").fingerprint)
+                if transport == "secure"
+                else None
+            )
             route = self.route(rights, tls)
-            if road == "mqtt":
+            if transport == "mqtt":
                 continue
             peer: Peer
-            if road == "secure":
+            if transport == "secure":
                 secure = peer = _SecurePeer(self._secure)
                 secure.know(route.net_id, _Proof(identity("panel").fingerprint))
-            elif road == "dialled":
+            elif transport == "dialled":
                 uplink = Uplink(self.router, route, self.loop, lambda _: None)
                 peer = uplink.make_peer()
             else:
                 peer = Peer(self._plain)
             line = Line()
-            self._peers[road, rights] = peer, line
+            self._peers[transport, rights] = peer, line
             peer.begin(line, HOST, 40_000)
 
 
@@ -292,28 +296,28 @@ ROADS = ("plain", "secure", "dialled", "mqtt")
 
 @given(st.integers(0, 2**32), st.sampled_from(ROADS))
 @settings(max_examples=5, phases=(Phase.generate,))
-def test_rights_hold_for_every_row_by_every_road(seed: int, road: str) -> None:
+def test_rights_hold_for_every_row_by_every_road(seed: int, transport: str) -> None:
     by = random.Random(seed)
-    roads = Roads()
-    roads.use(road)
+    transports = Transports()
+    transports.use(transport)
     for asked in drawn(by, 400):
         lacking = asked.needs & ~by.choice([each for each in Right if each & asked.needs])
         for rights in (asked.needs, lacking, by.choice(EVERY_SELECTION)):
-            error = roads.answer(road, rights, asked)
+            error = transports.answer(transport, rights, asked)
             refused = bool(asked.needs & ~rights)
-            assert error == (0x723 if refused else 0), (road, asked, rights)
+            assert error == (0x723 if refused else 0), (transport, asked, rights)
 
 
 def test_every_row_once_with_one_right_too_few() -> None:
-    roads, by = Roads(), random.Random(1)
-    roads.use("plain")
+    transports, by = Transports(), random.Random(1)
+    transports.use("plain")
     for port, row in rows_of_all():
         for _ in range(3):
             asked = one(port, row, by)
-            assert roads.answer("plain", asked.needs, asked) == 0, asked
+            assert transports.answer("plain", asked.needs, asked) == 0, asked
             for right in Right:
                 if right & asked.needs:
-                    assert roads.answer("plain", ALL_RIGHTS & ~right, asked) == 0x723, asked
+                    assert transports.answer("plain", ALL_RIGHTS & ~right, asked) == 0x723, asked
 
 
 # a whole station -----------------------------------------------------------------------------

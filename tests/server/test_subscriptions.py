@@ -1,4 +1,4 @@
-"""Beat, batch and channel: what they gather, and the bytes they send."""
+"""Sample group, batch and channel: the samples that they gather, and the bytes that they send."""
 
 import struct
 from collections.abc import Callable

@@ -1,11 +1,11 @@
-"""The roads to a station, side by side: TCP, Secure ADS (TLS), MQTT; each beside a bare echo.
+"""The transports to a station, side by side: TCP, Secure ADS (TLS), MQTT; each beside a bare echo.
 
-One station is reached by all three. On each road: reads of 4 bytes one after the other (median and
-99th percentile of a round trip), and 64 under way at once (answers per second). The bare peers send
-back what comes and no more, in a process of their own like the station: asyncio over TCP, asyncio
-over TLS with the same certificate, and two paho clients over the same broker. Roads whose parts are
-missing (mosquitto, the extras mqtt and secure) are left out, with the reason.
-Usage: python benchmarks/roads.py [READS]
+One station is reached by all three. On each transport: reads of 4 bytes one after the other (median
+and 99th percentile of a round trip), and 64 under way at once (answers per second). The bare peers
+send back what comes and no more, in a process of their own like the station: asyncio over TCP,
+asyncio over TLS with the same certificate, and two paho clients over the same broker. Transports
+whose parts are missing (mosquitto, the extras mqtt and secure) are left out, with the reason.
+Usage: python benchmarks/transports.py [READS]
 """
 
 import asyncio
@@ -96,7 +96,8 @@ class Bare(asyncio.Protocol):
         return self.waiting[-1]
 
 
-# roads ----------------------------------------------------------------------------------------
+# transports
+# ----------------------------------------------------------------------------------------
 
 
 @contextlib.asynccontextmanager
@@ -143,8 +144,8 @@ async def to_paho(port: int) -> Any:
     client.loop_stop()
 
 
-async def measure(name: str, road: Any, reads: int) -> None:
-    async with road as ask:
+async def measure(name: str, transport: Any, reads: int) -> None:
+    async with transport as ask:
         for _ in range(20):
             await ask()
         spans = []
@@ -204,13 +205,13 @@ def missing(program: str, extra: str, module: str) -> str:
     return "" if not program or shutil.which(program) else f"{program} is not installed"
 
 
-async def roads(folder: Path, reads: int, without_tls: str, mqtt: int | None) -> None:
-    """Start the station and its bare peers, and measure each road."""
+async def transports(folder: Path, reads: int, without_tls: str, mqtt: int | None) -> None:
+    """Start the station and its bare peers, and measure each transport."""
     text = '[router]\nnet_id = "5.6.7.8.1.1"\ntcp_port = 0\n'
     text += "" if without_tls else 'listen = "both"\n'
     text += '[[axis]]\nid = 1\nname = "X"\n'
     if mqtt is not None:
-        text += f'[[mqtt]]\nbroker = "127.0.0.1"\nport = {mqtt}\ntopic = "roads"\n'
+        text += f'[[mqtt]]\nbroker = "127.0.0.1"\nport = {mqtt}\ntopic = "transports"\n'
     text += "" if without_tls else certificates(folder)
     file = folder / "station.toml"
     file.write_text(text)
@@ -233,20 +234,20 @@ async def roads(folder: Path, reads: int, without_tls: str, mqtt: int | None) ->
             await measure("TLS, achse", to_station(target), reads)
             await measure("TLS, bare asyncio", to_echo(safe, tls), reads)
         if mqtt is not None:
-            await measure("MQTT, achse", to_station(f"mqtt://127.0.0.1:{mqtt}/roads"), reads)
+            await measure("MQTT, achse", to_station(f"mqtt://127.0.0.1:{mqtt}/transports"), reads)
             await measure("MQTT, bare paho", to_paho(mqtt), reads)
 
 
 def main(reads: int) -> None:
     without_tls = missing("", "secure", "OpenSSL")
     without_mqtt = missing("mosquitto", "mqtt", "aiomqtt")
-    for road, reason in (("TLS", without_tls), ("MQTT", without_mqtt)):
+    for transport, reason in (("TLS", without_tls), ("MQTT", without_mqtt)):
         if reason:
-            print(f"{road:<28} left out: {reason}")
+            print(f"{transport:<28} left out: {reason}")
     with tempfile.TemporaryDirectory() as name, contextlib.ExitStack() as stack:
         folder = Path(name)
         port = None if without_mqtt else stack.enter_context(broker(folder))[0]
-        asyncio.run(roads(folder, reads, without_tls, port))
+        asyncio.run(transports(folder, reads, without_tls, port))
 
 
 if __name__ == "__main__":
