@@ -67,7 +67,7 @@ def main() -> None:
 
 
 def _commands(words: list[str]) -> "Typer":
-    """The commands; one of `_ALONE` without the others, which would delay each start."""
+    """Return the commands; one of `_ALONE` without the others, which would delay each start."""
     module = _ALONE.get(words[0]) if words else None
     if module is not None:
         from importlib import import_module

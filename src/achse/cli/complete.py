@@ -50,7 +50,7 @@ def _answer_in_time(
 
 
 def axes(ctx: Any, incomplete: str) -> list[str]:
-    """Names of axes, and ids where one has no name."""
+    """Return names of axes, and ids where one has no name."""
     from achse.cli.axes.nc import axes_of
 
     async def request(client: Any) -> list[str]:
@@ -60,7 +60,7 @@ def axes(ctx: Any, incomplete: str) -> list[str]:
 
 
 def symbols(ctx: Any, incomplete: str) -> list[str]:
-    """Names of symbols, part by part: `MA` → `MAIN.` → `MAIN.nCounter`."""
+    """Return names of symbols, part by part: `MA` → `MAIN.` → `MAIN.nCounter`."""
 
     async def request(client: Any) -> list[str]:
         return [entry.name for entry in await client.symbols()]
@@ -98,6 +98,6 @@ def _fault_kinds(context: Any) -> Any:
 
 
 def _beginning(incomplete: str, names: Any) -> list[str]:
-    """The names that begin so, without case."""
+    """Return the names that begin so, without case."""
     wanted = incomplete.casefold()
     return [name for name in names if name.casefold().startswith(wanted)]

@@ -49,7 +49,7 @@ def write_file(
 
 
 def _mode_of(file: Path) -> int:
-    """The rights of a file, or those that a new one gets."""
+    """Return the rights of a file, or those that a new one gets."""
     with contextlib.suppress(OSError):
         return file.stat().st_mode & 0o7777
     mask = os.umask(0)

@@ -119,7 +119,7 @@ class LogWriter(logging.Handler):
             self._write(lines)
 
     def _next(self) -> bytes:
-        """The lines to write now; nothing at the end."""
+        """Return the lines to write now; nothing at the end."""
         with self._changed:
             self._writing = False
             self._changed.notify_all()

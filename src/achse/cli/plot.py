@@ -21,7 +21,7 @@ class Panel(NamedTuple):
 
 
 def braille(points: Iterable[tuple[float, float]], width: int, height: int) -> list[str]:
-    """A line through `points` on a canvas of `width` x `height` characters.
+    """Return a line through `points` on a canvas of `width` x `height` characters.
 
     Points are in dots: x from 0 at the left to 2 * width - 1, y from 0 at the bottom to
     4 * height - 1; points outside are drawn on the border.
@@ -108,7 +108,7 @@ def plot(
 
 
 def _labels(scale: Sequence[float]) -> list[str]:
-    """The numbers of a scale with as many decimals as its step needs."""
+    """Return the numbers of a scale with as many decimals as its step needs."""
     step = scale[1] - scale[0]
     decimals = next(
         (n for n in range(12) if abs(step * 10**n - round(step * 10**n)) < 1e-6 * step * 10**n),

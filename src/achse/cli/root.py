@@ -18,7 +18,7 @@ def _print_version(wanted: bool) -> None:
 
 
 def new_root() -> typer.Typer:
-    """A root without commands."""
+    """Return a root without commands."""
     app = typer.Typer(
         cls=Front,
         no_args_is_help=True,

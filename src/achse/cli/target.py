@@ -103,7 +103,7 @@ def _tcp_port(context: typer.Context, option: int, listens: Listens) -> int:
 
 
 def _target_options(port: int, variable: str, tcp_port: int) -> list[inspect.Parameter]:
-    """The options of `_target` with their annotations and defaults."""
+    """Return the options of `_target` with their annotations and defaults."""
     hints = get_type_hints(_target, include_extras=True)
     hints["tcp_port"] = Annotated[
         int,
@@ -232,7 +232,7 @@ def ports_hint(port: int, there: Sequence[int]) -> str:
 
 
 def net_id_of(text: str, option: str = "--net-id") -> "NetId":
-    """The NetId of an option; what is none is an error of the command line."""
+    """Return the NetId of an option; what is none is an error of the command line."""
     from achse.ams import NetId
 
     try:

@@ -54,7 +54,8 @@ class Subscription(ContextWrapper[subscription.Subscription]):
         return sample
 
     def next(self, timeout: float | None = None) -> Sample | None:
-        """The next sample; None after the end. TimeoutError if none comes in `timeout` seconds."""
+        """Return the next sample; None after the end. TimeoutError if none comes in `timeout`
+        seconds."""
         return self._loop.run(self._next(timeout))
 
     async def _next(self, seconds: float | None) -> Sample | None:

@@ -59,7 +59,7 @@ def defined(
     combine: str = "any",
     name: str = "client",
 ) -> ScopeDefinition:
-    """A definition whose channels without port mean `port`. Raises ScopeError."""
+    """Return a definition whose channels without port mean `port`. Raises ScopeError."""
     listed = [channels] if isinstance(channels, str | ScopeChannel) else list(channels)
     each = [channel_of(one, f"channels[{number}]") for number, one in enumerate(listed, 1)]
     if port != SCOPE_PORT:
@@ -77,12 +77,13 @@ def defined(
 
 
 def scope_of(target: RawTarget, definition: ScopeDefinition) -> "RemoteScope":
-    """A scope of one's own at the station behind `target`; `async with` makes and starts it."""
+    """Return a scope of one's own at the station behind `target`; `async with` makes and starts
+    it."""
     return RemoteScope(_server(target), definition=definition)
 
 
 async def scopes_of(target: RawTarget) -> list[dict[str, Any]]:
-    """All scopes of a station: number, name, state, channels, own. Raises AdsError."""
+    """Return all scopes of a station: number, name, state, channels, own. Raises AdsError."""
     answer = await _server(target).read_raw(ScopeGroup.SCOPES, 0, _LONGEST_TEXT)
     listed: list[dict[str, Any]] = json.loads(answer)
     return listed
@@ -115,7 +116,7 @@ class RemoteScope(ClosedByBlock):
 
     @classmethod
     def of(cls, target: RawTarget, number: int) -> "RemoteScope":
-        """A scope that is there, by its number."""
+        """Return a scope that is there, by its number."""
         return cls(_server(target), number=number)
 
     async def __aenter__(self) -> Self:
@@ -152,7 +153,7 @@ class RemoteScope(ClosedByBlock):
         return await self._request(self._made(), ScopeCommand.TRIGGER.encode())
 
     async def facts(self) -> dict[str, Any]:
-        """The state: `state` is offline, recording, triggered or done; times in Unix ns."""
+        """Return the state: `state` is offline, recording, triggered or done; times in Unix ns."""
         answer = await self._server.read_raw(ScopeGroup.SCOPES, self._made(), _LONGEST_TEXT)
         facts: dict[str, Any] = json.loads(answer)
         return facts

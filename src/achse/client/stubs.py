@@ -60,7 +60,7 @@ def stubs(
     title: str,
     programs: Mapping[str, IecType[Any]] | None = None,
 ) -> str:
-    """The source of a module for `symbols` (names with their types).
+    """Return the source of a module for `symbols` (names with their types).
 
     It has a dataclass for each structure, an `IntEnum` for each enumeration, a class of symbols
     for each first part of a name, and `Symbols(target)` with all of these. `programs` are those
@@ -70,7 +70,7 @@ def stubs(
 
 
 async def programs_of(target: Target, symbols: Iterable[str]) -> dict[str, IecType[Any]]:
-    """The programs among the first parts of the names that have methods to call."""
+    """Return the programs among the first parts of the names that have methods to call."""
     programs: dict[str, IecType[Any]] = {}
     for unit in dict.fromkeys(name.partition(".")[0] for name in symbols):
         try:
@@ -221,7 +221,7 @@ class _Module:
             yield "        pass"
 
     def _block(self, type: StructType[Any]) -> Iterator[str]:
-        """The class for the symbols of a function block, or of what has one inside."""
+        """Yield the class for the symbols of a function block, or of what has one inside."""
         own = self.names[type.name.lower()]
         yield ""
         yield f"class {self.blocks[type.name.lower()]}(Symbol[{own}]):"
@@ -238,7 +238,7 @@ class _Module:
         yield ""
 
     def _unit(self, cls: str, unit: str, items: Mapping[str, IecType[Any]]) -> Iterator[str]:
-        """The class for a program or variable list."""
+        """Yield the class for a program or variable list."""
         program = self.programs.get(unit)
         methods = program.methods if isinstance(program, StructType) else ()
         yield ""
@@ -303,21 +303,21 @@ class _Module:
 
 
 def _free(name: str, taken: set[str]) -> str:
-    """The name, or what it becomes where it is taken; taken from then on."""
+    """Return the name, or what it becomes where it is taken; taken from then on."""
     name = _unlike(name, taken)
     taken.add(name)
     return name
 
 
 def _unlike(name: str, taken: Container[str]) -> str:
-    """The name, or what it becomes where it is taken."""
+    """Return the name, or what it becomes where it is taken."""
     while name in taken:
         name += "_"
     return name
 
 
 def _of_methods(programs: Iterable[IecType[Any]]) -> Iterator[IecType[Any]]:
-    """The types that the methods of programs take and give."""
+    """Yield the types that the methods of programs take and give."""
     for program in programs:
         for method in program.methods if isinstance(program, StructType) else ():
             yield from (item.type for item in method.parameters)
@@ -326,7 +326,7 @@ def _of_methods(programs: Iterable[IecType[Any]]) -> Iterator[IecType[Any]]:
 
 
 def _inner_first(types: Iterable[IecType[Any]]) -> list[EnumType[Any] | StructType[Any]]:
-    """The enumerations and structures, each structure after what it is made of."""
+    """Return the enumerations and structures, each structure after what it is made of."""
     ordered: dict[str, EnumType[Any] | StructType[Any]] = {}
 
     def add(type: IecType[Any]) -> None:
@@ -345,7 +345,7 @@ def _inner_first(types: Iterable[IecType[Any]]) -> list[EnumType[Any] | StructTy
 
 
 def _identifier(name: str) -> str:
-    """A name as Python can have it, in the form to which Python changes it."""
+    """Return a name as Python can have it, in the form to which Python changes it."""
     own = unicodedata.normalize("NFKC", name)
     own = "".join(sign if f"n{sign}".isidentifier() else "_" for sign in own)
     if not own.isidentifier() or own.startswith("__"):
@@ -354,7 +354,7 @@ def _identifier(name: str) -> str:
 
 
 def _member_name(name: str) -> str:
-    """A name as a member of an enumeration of Python can have it: `_x_` is reserved."""
+    """Return a name as a member of an enumeration of Python can have it: `_x_` is reserved."""
     own = _identifier(name)
     return f"n{own}" if own[0] == own[-1] == "_" else own
 

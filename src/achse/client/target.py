@@ -104,7 +104,7 @@ class Target(RawTarget):
         return Target(self.session, address, self.timeout, self._books, self._watch_symbols)
 
     def within(self, seconds: float) -> "Target":
-        """The same device, with another time limit for each request."""
+        """Return the same device, with another time limit for each request."""
         return Target(self.session, self.address, seconds, self._books, self._watch_symbols)
 
     @property
@@ -126,7 +126,7 @@ class Target(RawTarget):
         combine: str = "any",
         name: str = "client",
     ) -> "RemoteScope":
-        """A scope at the achse station behind this target, which samples in its cycle.
+        """Return a scope at the achse station behind this target, which samples in its cycle.
 
         `async with target.scope(["MAIN.fLevel"], length=2.0) as scope:` makes and starts it.
         Channels without port are of this device. `length` in seconds is what its rings hold,
@@ -148,7 +148,7 @@ class Target(RawTarget):
     # by name -----------------------------------------------------------------------------------
 
     async def read(self, name: str) -> Any:
-        """The value of symbol `name`: number, text, time, enum member, record, list."""
+        """Return the value of symbol `name`: number, text, time, enum member, record, list."""
 
         async def read(place: VariableLocation) -> Any:
             return place.value(await self.read_raw(place.group, place.offset, place.length))
@@ -180,7 +180,8 @@ class Target(RawTarget):
             raise DeviceError(error.code, f"{verb} {name}") from error
 
     async def _soon(self, looking: Coroutine[Any, Any, V]) -> V:
-        """The result of looking symbols up, within the time limit; others may wait longer."""
+        """Return the result of looking symbols up, within the time limit; others may wait
+        longer."""
         if self.timeout >= self.session.timeout:
             return await looking
         try:
@@ -196,7 +197,7 @@ class Target(RawTarget):
         self, names: Iterable[str], *, strict: bool
     ) -> dict[str, Any | AdsError]: ...
     async def read_many(self, names: Iterable[str], *, strict: bool = True) -> dict[str, Any]:
-        """The values of many symbols, in sum commands of at most 500, by name.
+        """Return the values of many symbols, in sum commands of at most 500, by name.
 
         A symbol that fails raises its error; with `strict` False it is in the result instead.
         """
@@ -289,15 +290,15 @@ class Target(RawTarget):
         return results
 
     async def symbols(self) -> list[SymbolEntry]:
-        """Every symbol the device lists: name, type, place, size, comment, attributes."""
+        """Return every symbol the device lists: name, type, place, size, comment, attributes."""
         return await self._book.entries()
 
     async def type_of(self, name: str) -> IecType[Any]:
-        """The type of symbol `name`, as the device declares it."""
+        """Return the type of symbol `name`, as the device declares it."""
         return (await self._soon(self._book.place(name))).type
 
     async def types(self) -> TypeTable:
-        """The types the device declares; empty if it has no tables."""
+        """Return the types the device declares; empty if it has no tables."""
         return await self._book.all_types()
 
     async def call(self, name: str, method: str | Method, /, **inputs: object) -> Any:
@@ -354,7 +355,8 @@ class Target(RawTarget):
     # by place ----------------------------------------------------------------------------------
 
     async def read_as(self, group: int, offset: int, type: Typelike) -> Any:
-        """A value of `type` (`LREAL`, `ARRAY(INT, (0, 3))`, a `Struct` class …) at a place."""
+        """Return a value of `type` (`LREAL`, `ARRAY(INT, (0, 3))`, a `Struct` class …) at a
+        place."""
         place = _place(group, offset, iec_type(type))
         return place.value(await self.read_raw(group, offset, place.length))
 

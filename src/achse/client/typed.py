@@ -51,7 +51,7 @@ class Symbol(Callables, Generic[T]):
         self.kind = kind
 
     async def read(self) -> T:
-        """The value now."""
+        """Return the value now."""
         value: T = built(self.kind, await self.target.read(self.name))
         return value
 
@@ -87,13 +87,14 @@ class ArraySymbol(Symbol[list[Any]], Generic[S]):
         self._element = element
 
     def __getitem__(self, index: int | tuple[int, ...]) -> S:
-        """The element at an index as the PLC counts, `[1, 2]` with several dimensions."""
+        """Return the element at an index as the PLC counts, `[1, 2]` with several dimensions."""
         numbers = index if isinstance(index, tuple) else (index,)
         return self._element(f"{self.name}[{','.join(map(str, numbers))}]")
 
 
 def iec_name(name: str) -> Any:
-    """A dataclass field whose IEC name Python cannot have: `from_: int = iec_name("from")`."""
+    """Return a dataclass field whose IEC name Python cannot have: `from_: int =
+    iec_name("from")`."""
     return dataclasses.field(metadata={"iec": name})
 
 
@@ -107,7 +108,7 @@ def _fields(kind: type) -> tuple[tuple[str, str, Any], ...]:
 
 
 def built(kind: Any, value: Any) -> Any:
-    """A value of a target as `kind`: dataclass, `list[…]`, `IntEnum`, or as it is.
+    """Return a value of a target as `kind`: dataclass, `list[…]`, `IntEnum`, or as it is.
 
     A number that is not a member of the enumeration stays a number, as a PLC allows any.
     """
@@ -126,7 +127,7 @@ def built(kind: Any, value: Any) -> Any:
 
 
 def flattened(value: Any) -> Any:
-    """The value without dataclasses: what `Target.write` takes."""
+    """Return the value without dataclasses: what `Target.write` takes."""
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
         return {iec: flattened(getattr(value, own)) for own, iec, _ in _fields(type(value))}
     if isinstance(value, list | tuple):

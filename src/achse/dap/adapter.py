@@ -501,7 +501,7 @@ class _Logs(logging.Handler):
 
 
 def _real(path: str) -> str:
-    """The path without links, as the station names its files."""
+    """Return the path without links, as the station names its files."""
     try:
         return str(Path(path).resolve())
     except (OSError, ValueError, RuntimeError):

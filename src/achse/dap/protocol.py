@@ -18,7 +18,7 @@ class DapFrameError(Exception):
 
 
 def encode_frame(message: dict[str, Any]) -> bytes:
-    """A message as sent."""
+    """Return a message as sent."""
     body = json.dumps(message, ensure_ascii=False).encode("utf-8", "replace")
     return b"Content-Length: %d" % len(body) + _END + body
 
@@ -31,7 +31,8 @@ class FrameReader:
         self._length: int | None = None
 
     def feed(self, data: bytes) -> list[Any]:
-        """The JSON values of all frames that are whole now; None for a body that is not JSON.
+        """Return the JSON values of all frames that are whole now; None for a body that is not
+        JSON.
 
         Raises `DapFrameError`.
         """

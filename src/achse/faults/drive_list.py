@@ -108,7 +108,7 @@ class DriveFaults:
                 other.fault.hit(slave, self._segment)
 
     def _same(self, active: ActiveDriveFault, slave: Slave | None) -> ActiveDriveFault | None:
-        """The latest other fault at the same place of the slave."""
+        """Return the latest other fault at the same place of the slave."""
         match = None
         for each in self._faults.values():
             if (

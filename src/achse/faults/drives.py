@@ -54,7 +54,7 @@ class SlaveFault(DriveFault):
     """Number of the slave, from 1 along the cable; empty: all slaves."""
 
     def targets(self, segment: Segment) -> Sequence[Slave | None]:
-        """The slaves that it hits; None is the cable behind the last one.
+        """Return the slaves that it hits; None is the cable behind the last one.
 
         FaultError if there are fewer.
         """

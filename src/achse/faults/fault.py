@@ -41,7 +41,7 @@ def seconds(text: str) -> float:
 
 
 def number(kind: type, least: float, most: float | None = None) -> PlainValidator:
-    """A field's check: a number of `kind`, not a truth value, from `least` to `most`.
+    """Return a field's check: a number of `kind`, not a truth value, from `least` to `most`.
 
     The value is stored as it was written, and shown so.
     """
@@ -58,7 +58,7 @@ def number(kind: type, least: float, most: float | None = None) -> PlainValidato
 
 
 def text(*choices: str) -> PlainValidator:
-    """A field's check: a text, one of `choices` if there are any."""
+    """Return a field's check: a text, one of `choices` if there are any."""
 
     def check(value: object) -> object:
         if not isinstance(value, str):
@@ -112,7 +112,7 @@ class Fault(BaseModel):
         return {"kind": self.kind, **values}
 
     def format_value(self, name: str, value: Any) -> str:
-        """A field's value in words."""
+        """Return a field's value in words."""
         return str(value)
 
     def __str__(self) -> str:
@@ -178,7 +178,7 @@ class FaultKinds(Generic[F]):
         return [name for name in self._defaults if name in names]
 
     def types(self, kind: str) -> dict[str, str]:
-        """The same with what JSON calls their types."""
+        """Return the same with what JSON calls their types."""
         names = {int: "integer", float: "number", str: "string"}
         return {name: names[self._types[name]] for name in self.parameters(kind)}
 
@@ -214,7 +214,8 @@ class FaultKinds(Generic[F]):
             raise FaultError(self._error_text(kind, failure)) from None
 
     def _error_text(self, kind: str, failure: ValidationError) -> str:
-        """The first fault of all that is wrong: what is too much, what is missing, wrong values."""
+        """Return the first fault of all that is wrong: what is too much, what is missing, wrong
+        values."""
         errors = failure.errors()
         names = {error["type"]: str(error["loc"][-1]) for error in reversed(errors) if error["loc"]}
         if "extra_forbidden" in names:

@@ -47,14 +47,15 @@ class RequestFault(CountedFault):
         return self
 
     def format_value(self, name: str, value: Any) -> str:
-        """A field's value in words: codes with their names, groups and offsets in hexadecimal."""
+        """Return a field's value in words: codes with their names, groups and offsets in
+        hexadecimal."""
         if name == "code":
             row = code_of(value)
             return f"0x{value:X}" + (f" ({row.name})" if row else "")
         return f"0x{value:X}" if name in ("group", "offset") else str(value)
 
     def resolve_symbol(self, target: FaultyStation) -> tuple[Device, ResolvedSymbol]:
-        """The variable, and the device that has it; raises FaultError."""
+        """Return the variable, and the device that has it; raises FaultError."""
         for device in devices_at(self.port, target):
             if device.symbols is not None:
                 symbol = device.symbols.source.resolve(self.symbol)
@@ -76,7 +77,7 @@ class Sided(CountedFault):
 
 
 def devices_at(port: int | None, target: FaultyStation) -> list[Device]:
-    """The device at a port, or all; raises FaultError."""
+    """Return the device at a port, or all; raises FaultError."""
     devices = [
         device
         for device in target.devices
@@ -176,10 +177,10 @@ class Selection:
 
 
 def host_of(endpoint: object) -> str:
-    """The IP address at the far end of a connection; empty for what has none."""
+    """Return the IP address at the far end of a connection; empty for what has none."""
     return getattr(endpoint, "peer_host", "")
 
 
 def port_of(address: bytes) -> int:
-    """The port of an AMS address."""
+    """Return the port of an AMS address."""
     return address[6] | address[7] << 8

@@ -21,7 +21,7 @@ _PROCESS_MIB, _STATION_MIB = 96, 8
 
 
 def compose(plan: FleetPlan, image: str) -> str:
-    """The text of a compose.yaml beside the fleet.toml. Raises ConfigError."""
+    """Return the text of a compose.yaml beside the fleet.toml. Raises ConfigError."""
     _template_path(plan)
     own_broker = _needs_broker(plan)
     mode = "" if _written(plan) else ":ro"
@@ -71,7 +71,7 @@ def compose(plan: FleetPlan, image: str) -> str:
 
 
 def kubernetes(plan: FleetPlan, image: str) -> str:
-    """The text of a manifest: ConfigMap, Service, StatefulSet, and a broker if it has none.
+    """Return the text of a manifest: ConfigMap, Service, StatefulSet, and a broker if it has none.
 
     Raises ConfigError for a fleet whose stations need more files, or write some.
     """
@@ -178,7 +178,7 @@ def _config_map(plan: FleetPlan, template: PurePosixPath) -> list[str]:
 
 
 def _block(key: str, text: str) -> Iterator[str]:
-    """A text as it is, where YAML can show it so; else as one string."""
+    """Yield a text as it is, where YAML can show it so; else as one string."""
     lines = text.removesuffix("\n").split("\n")
     plain = text.endswith("\n") and all(
         line.isprintable() and line == line.rstrip() for line in lines

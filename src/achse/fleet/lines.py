@@ -6,7 +6,7 @@ from typing import Any
 
 
 def line_of(text: str, place: Sequence[str | int]) -> int:
-    """The line, 1 and up, where the key at `place` begins; 0 if it is not there.
+    """Return the line, 1 and up, where the key at `place` begins; 0 if it is not there.
 
     `("station", 1, "name")` is `name` of the second `[[station]]`. What is above a line is a
     document too, unless it ends within a value: a key begins below the last one without it.

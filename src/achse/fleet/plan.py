@@ -175,7 +175,7 @@ class FleetPlan:
         return [self.stations[at : at + size] for at in range(0, len(self.stations), size)]
 
     def station_config(self, number: int, *, alone: bool = False) -> StationConfig:
-        """The configuration of station `number`, checked. Raises ConfigError.
+        """Return the configuration of station `number`, checked. Raises ConfigError.
 
         `alone` on its computer, as in a container, it has the ports of the template.
         """
@@ -207,7 +207,7 @@ class FleetPlan:
     def _document(
         self, station: FleetStation, places: Sequence[int], alone: bool
     ) -> dict[str, Any]:
-        """Its station.toml, with the overrides of `places`."""
+        """Return its station.toml, with the overrides of `places`."""
         document = deepcopy(dict(self._template))
         for place in places:
             _merge(document, deepcopy(self.config.station[place].model_extra or {}))

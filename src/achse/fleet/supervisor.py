@@ -119,7 +119,7 @@ class FleetSupervisor:
         """So many start at the same time: more would only wait for each other."""
 
     def log_of(self, number: int) -> Path:
-        """The log of the process of a station. Raises ConfigError."""
+        """Return the log of the process of a station. Raises ConfigError."""
         self.plan.station(number)
         place = (number - 1) // self.plan.config.stations_per_process
         return self._logs / f"process-{place + 1}.log"
@@ -311,7 +311,7 @@ class FleetSupervisor:
     # what is shown ----------------------------------------------------------------------------
 
     def rows(self) -> list[dict[str, Any]]:
-        """A row for each station; memory is that of its process."""
+        """Return a row for each station; memory is that of its process."""
         return [
             self._row(process, station)
             for process in self.processes
@@ -354,7 +354,7 @@ class FleetSupervisor:
 
 
 def usable_cores(plan: FleetPlan) -> list[int]:
-    """The cores that processes are pinned to in turn; none where the system cannot.
+    """Return the cores that processes are pinned to in turn; none where the system cannot.
 
     Raises ConfigError for a core that is not there.
     """

@@ -127,7 +127,7 @@ class _Packet(NamedTuple):
 
 
 def read_capture(path: Path) -> Iterator[Captured]:
-    """The AMS packets of a pcapng or pcap file, in order; raises CaptureError, OSError.
+    """Yield the AMS packets of a pcapng or pcap file, in order; raises CaptureError, OSError.
 
     TCP segments to and from port 48898 over IPv4 and IPv6 are put together; what was captured twice
     is taken once. Where a connection is not AMS, or has a gap, its rest is left out.

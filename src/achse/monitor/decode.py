@@ -89,7 +89,7 @@ class Exchange(NamedTuple):
     answered: bool = True
 
     def as_json(self) -> dict[str, Any]:
-        """Numbers and texts."""
+        """Return numbers and texts."""
         return {
             "time_ns": self.time_ns,
             "peer": self.peer,
@@ -191,7 +191,7 @@ class Decoder:
             return (Item("cannot be decoded:", 0, 0, str(failure), "", error),)
 
     def _plain(self, request: Frame, response: Frame | None) -> Item:
-        """A command without a place."""
+        """Return a command without a place."""
         verb = _command(request.command)
         if response is None:
             return Item(verb, 0, 0, "", "", 0)
@@ -246,7 +246,8 @@ class Decoder:
         return Item(verb, group, offset, name, value, error)
 
     def _symbol(self, device: bytes, part: Any) -> str:
-        """The symbol that a part is about, by handle, by name or by address; "" if none is known.
+        """Return the symbol that a part is about, by handle, by name or by address; "" if none is
+        known.
 
         Of a type (0xF011) its name.
         """
@@ -335,7 +336,7 @@ class Decoder:
 
 
 def _service(row: RowFacts, group: int, offset: int) -> str:
-    """The name of a row, with the number of the object if it has several, or the address."""
+    """Return the name of a row, with the number of the object if it has several, or the address."""
     if row.last_index_group > row.index_group:
         return f"{row.name}[{(group - row.index_group) & 0xFF}]"
     if row.last_index_offset > row.index_offset and group in _AREAS:

@@ -39,7 +39,7 @@ class Names:
     # services --------------------------------------------------------------------------------
 
     def row(self, port: int, group: int, offset: int) -> RowFacts | None:
-        """The row of a device at `port` that answers there."""
+        """Return the row of a device at `port` that answers there."""
         return self._find(port, group, offset)
 
     def _look_up(self, port: int, group: int, offset: int) -> RowFacts | None:
@@ -82,7 +82,7 @@ class Names:
 
 
 def rows_of(devices: Iterable[Any]) -> dict[int, list[RowFacts]]:
-    """The rows of devices by each AMS port they answer at."""
+    """Return the rows of devices by each AMS port they answer at."""
     rows = {}
     for device in devices:
         described = list(device.services.describe())

@@ -28,7 +28,7 @@ _PLACED = (
 
 
 def parts_of(request: Frame) -> list[Part]:
-    """The parts of a request with a place, those of a sum one by one; raises DecodeError.
+    """Return the parts of a request with a place, those of a sum one by one; raises DecodeError.
 
     Other commands, such as Read State, have none.
     """
@@ -70,7 +70,7 @@ def _split(request: ReadWriteRequest) -> list[Part]:
 
 
 def outcomes_of(request: Frame, parts: Sequence[Part], response: Frame) -> list[Outcome]:
-    """The outcome of each part; an error of the whole request is that of each."""
+    """Return the outcome of each part; an error of the whole request is that of each."""
     if response.error:
         return [Outcome(response.error, b"")] * len(parts)
     whole = outcome(response)

@@ -79,7 +79,7 @@ class RecordedDevice:
 
 
 def symbol_name(data: bytes) -> bytes:
-    """A name as it is compared: without NUL and case."""
+    """Return a name as it is compared: without NUL and case."""
     return data.split(b"\0", 1)[0].lower()
 
 
@@ -107,7 +107,7 @@ class Recording:
                 yield frame
 
     def device(self, port: int) -> RecordedDevice:
-        """The device at an AMS port, an empty one if it was never asked."""
+        """Return the device at an AMS port, an empty one if it was never asked."""
         return self.devices.setdefault(port, RecordedDevice(port))
 
     def _read(self) -> None:

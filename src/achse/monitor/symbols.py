@@ -146,7 +146,7 @@ class KnownSymbols:
         self._version = data
 
     def _joined(self, client: bytes, group: int, position: int, data: bytes) -> bytes:
-        """The whole entries that a piece completes."""
+        """Return the whole entries that a piece completes."""
         if position == 0:
             self._uploads.pop((client, group), None)
             _keep(self._uploads, (client, group), _Upload(), _UPLOADS)
@@ -167,7 +167,7 @@ class KnownSymbols:
         return data[:end]
 
     def _decoded(self, kind: Any, data: bytes) -> Iterator[Any]:
-        """Each entry that can be read; one that cannot does not hide those behind it."""
+        """Yield each entry that can be read; one that cannot does not hide those behind it."""
         position = 0
         while position + _LENGTH.size <= len(data):
             length = _LENGTH.unpack_from(data, position)[0]
@@ -180,7 +180,7 @@ class KnownSymbols:
     # asking ----------------------------------------------------------------------------------
 
     def text(self, raw: bytes) -> str:
-        """A text of the device up to its NUL."""
+        """Return a text of the device up to its NUL."""
         return raw.split(b"\0", 1)[0].decode(self._coding, "replace")
 
     def handle_name(self, handle: int) -> str:
@@ -188,7 +188,8 @@ class KnownSymbols:
         return self._handles.get(handle, "")
 
     def at(self, group: int, offset: int, length: int) -> str:
-        """The name of what is at a place: a symbol, the part of one, or what begins there."""
+        """Return the name of what is at a place: a symbol, the part of one, or what begins
+        there."""
         places = self._places.get(group)
         if places is None:
             return ""
@@ -210,7 +211,7 @@ class KnownSymbols:
         return beginning
 
     def type_of(self, name: str) -> IecType[Any] | None:
-        """The type of a symbol or of a part of one, None if it is not known."""
+        """Return the type of a symbol or of a part of one, None if it is not known."""
         if not self._entries:
             return None
         key = fold(name)
@@ -239,7 +240,8 @@ def _place(entry: SymbolEntry) -> tuple[int, int]:
 
 
 def _path(name: str, type: IecType[Any], offset: int, length: int) -> str:
-    """The path from `name` to the `length` bytes at `offset` of its type, empty if none is."""
+    """Return the path from `name` to the `length` bytes at `offset` of its type, empty if none
+    is."""
     while offset or type.size != length:
         real = resolved(type)
         if isinstance(real, StructType):

@@ -70,7 +70,7 @@ class PasswordHash(NamedTuple):
 
 
 def hash_password(password: str, salt: bytes | None = None) -> PasswordHash:
-    """The hash of `password` with a salt of its own."""
+    """Return the hash of `password` with a salt of its own."""
     salt = os.urandom(16) if salt is None else salt
     key = hashlib.scrypt(
         password.encode(), salt=salt, n=_COST, r=_BLOCK, p=_PARALLEL, dklen=_KEY_SIZE

@@ -14,7 +14,7 @@ _OVERHEAD = 6 + 32 + 8 + 12 + 8
 
 
 def notification_packet(sample: int) -> int:
-    """Bytes of the packet that carries one sample of `sample` bytes."""
+    """Return bytes of the packet that carries one sample of `sample` bytes."""
     return _OVERHEAD + sample
 
 

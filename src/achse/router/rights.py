@@ -129,7 +129,7 @@ def _needed_by_read_write(group: int, data: bytes) -> Right:
 
 
 def _groups_of_parts(data: bytes, layout: struct.Struct) -> Iterator[int]:
-    """The groups in a sum command; its offset says how many parts there are."""
+    """Yield the groups in a sum command; its offset says how many parts there are."""
     count = min(int.from_bytes(data[4:8], "little"), _MOST_PARTS)
     for start in range(_HEAD, min(len(data), _HEAD + count * layout.size), layout.size):
         yield _group_of(data[start:])

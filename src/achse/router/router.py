@@ -153,7 +153,8 @@ class Router:
         return self._local.get(address)
 
     def local_aliases(self, address: bytes) -> tuple[bytes, ...]:
-        """The addresses of the same local port: with our NetId and with the loopback alias."""
+        """Return the addresses of the same local port: with our NetId and with the loopback
+        alias."""
         port = address[6:]
         return (self.net_id + port, LOOPBACK_NET_ID + port)
 

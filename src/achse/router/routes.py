@@ -158,7 +158,8 @@ class Route:
 
 
 def _address(text: str) -> ipaddress.IPv4Address | ipaddress.IPv6Address | None:
-    """The IP address that a text is, None if it is not one; 10.0.0.1 is ::ffff:10.0.0.1 too."""
+    """Return the IP address that a text is, None if it is not one; 10.0.0.1 is ::ffff:10.0.0.1
+    too."""
     try:
         address = ipaddress.ip_address(text)
     except ValueError:
@@ -209,11 +210,11 @@ class RouteTable:
         self._listeners = [each for each in self._listeners if each != listener]
 
     def named(self, name: str) -> Route | None:
-        """The route of that name; case does not matter."""
+        """Return the route of that name; case does not matter."""
         return self._by_name.get(name.casefold())
 
     def to(self, net_id: bytes) -> Route | None:
-        """The route to a NetId."""
+        """Return the route to a NetId."""
         return self._by_net_id.get(net_id)
 
     def is_fixed(self, route: Route) -> bool:

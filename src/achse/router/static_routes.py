@@ -20,7 +20,7 @@ _TCP = "TCP_IP"
 
 
 def parse_static_routes(text: str) -> list[Route]:
-    """The routes of the text of a StaticRoutes.xml.
+    """Return the routes of the text of a StaticRoutes.xml.
 
     Raises RouteError if it is none, or one of its TCP/IP routes cannot be.
     """
@@ -101,7 +101,7 @@ def _field(element: ET.Element, name: str, default: str = "") -> str:
 
 
 def static_routes(routes: Iterable[Route]) -> str:
-    """The text of a StaticRoutes.xml with all routes that are not temporary."""
+    """Return the text of a StaticRoutes.xml with all routes that are not temporary."""
     root = ET.Element("TcConfig", {"xmlns:xsi": "http://www.w3.org/2001/XMLSchema-instance"})
     connections = ET.SubElement(root, "RemoteConnections")
     for route in routes:

@@ -33,7 +33,7 @@ class Captured(NamedTuple):
 
 
 def encode_batch(captures: Iterable[Captured]) -> bytes:
-    """The bytes of several captures, one behind the other."""
+    """Return the bytes of several captures, one behind the other."""
     parts: list[bytes] = []
     for time_ns, inwards, peer, packet in captures:
         name = peer.encode()[:255]
@@ -42,7 +42,7 @@ def encode_batch(captures: Iterable[Captured]) -> bytes:
 
 
 def decode_batch(data: bytes) -> Iterator[Captured]:
-    """The captures in `data`; raises DecodeError where they end in the middle."""
+    """Yield the captures in `data`; raises DecodeError where they end in the middle."""
     position = 0
     while position < len(data):
         try:
@@ -91,7 +91,8 @@ class Taps:
         return len(self._open)
 
     def open(self) -> "Tap":
-        """A tap that sees all frames from now on. Raises RouterError 0x508 if `most` are open."""
+        """Return a tap that sees all frames from now on. Raises RouterError 0x508 if `most` are
+        open."""
         if len(self._open) >= self.most:
             raise RouterError(ReturnCode.ROUTER_NO_MORE_QUEUES, f"{self.most} taps are open")
         tap = Tap(self, self._first + len(self._captures))
@@ -162,7 +163,7 @@ class Tap:
         """Captures that were dropped because the reader was late."""
 
     def take(self, size: int) -> list[Captured]:
-        """The oldest captures, up to `size` bytes of them; one that never fits is lost."""
+        """Return the oldest captures, up to `size` bytes of them; one that never fits is lost."""
         return self._taps.take(self, size)
 
     def close(self) -> None:

@@ -40,7 +40,7 @@ class ScopeChunk(NamedTuple):
 
 
 def encode_chunk(block: int, count: int, first: int, rows: bytes) -> bytes:
-    """A chunk as it is sent and written."""
+    """Return a chunk as it is sent and written."""
     return CHUNK.pack(block, count, first) + _little(rows)
 
 
@@ -54,7 +54,8 @@ def _little(rows: bytes) -> bytes:
 
 
 def chunks_in(data: bytes, widths: Mapping[int, int]) -> Iterator[ScopeChunk]:
-    """The chunks in `data`; `widths` are the channels of each block. A broken end is left out.
+    """Yield the chunks in `data`; `widths` are the channels of each block. A broken end is left
+    out.
 
     Raises ScopeError for a block that is not there.
     """
@@ -126,7 +127,7 @@ def write_scope(data: ScopeData, path: Path) -> None:
 
 
 def read_scope(path: Path) -> ScopeData:
-    """The recording in a file. Raises ScopeError, OSError."""
+    """Return the recording in a file. Raises ScopeError, OSError."""
     content = path.read_bytes()
     if len(content) < _HEAD.size or not content.startswith(MAGIC):
         raise ScopeError(f"{path.name}: not a recording in binary form (.scope)")

@@ -46,7 +46,7 @@ class ScopeChannel:
         return self.scale != 1.0 or self.offset != 0.0
 
     def document(self) -> dict[str, Any]:
-        """The channel as JSON has it."""
+        """Return the channel as JSON has it."""
         place: dict[str, Any] = {"symbol": self.symbol}
         if not self.symbol:
             place = {"index_group": self.index_group, "index_offset": self.index_offset}
@@ -65,7 +65,7 @@ class ScopeChannel:
 
 
 def channel_of(document: Any, key: str = "channel") -> ScopeChannel:
-    """A channel from words or from JSON; `key` names it in errors. Raises ScopeError."""
+    """Return a channel from words or from JSON; `key` names it in errors. Raises ScopeError."""
     if isinstance(document, ScopeChannel):
         return document
     if isinstance(document, str):
@@ -155,7 +155,7 @@ def _text(document: dict[str, Any], name: str, key: str) -> str:
 
 
 def _shown(text: str) -> str:
-    """A text in one line: exports have a channel per column."""
+    """Return a text in one line: exports have a channel per column."""
     return " ".join("".join(c if c.isprintable() else " " for c in text).split())
 
 

@@ -152,7 +152,8 @@ class ChannelGroup:
         return fired
 
     def rows(self, first: int, most: int) -> tuple[int, bytes]:
-        """Up to `most` rows from number `first` on, or from the oldest; the first's number."""
+        """Return up to `most` rows from number `first` on, or from the oldest; the first's
+        number."""
         first = min(max(first, self.oldest), self.count)
         last = min(first + max(most, 0), self.count)
         n = len(self.channels)
@@ -236,7 +237,8 @@ class ChannelGroup:
             )
 
     def _watch(self, triggers: Sequence[ScopeTrigger]) -> "array[int]":
-        """The triggers as records in memory, in the order of the fields of `WatchedChannel`."""
+        """Return the triggers as records in memory, in the order of the fields of
+        `WatchedChannel`."""
         numbers = {each.channel.name: n for n, each in enumerate(self.channels)}
         table = array("q")
         for trigger in triggers:

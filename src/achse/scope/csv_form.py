@@ -45,7 +45,7 @@ _KEYS: tuple[tuple[str, Callable[[ScopeTrack], str]], ...] = (
 
 
 def csv_text(data: ScopeData, file: str = "") -> str:
-    """The whole text; `file` is the name that it has in the second line."""
+    """Return the whole text; `file` is the name that it has in the second line."""
     text = io.StringIO()
     _write(data, file, text)
     return text.getvalue()
@@ -80,7 +80,7 @@ def _write(data: ScopeData, file: str, stream: TextIO) -> None:
 
 
 def _lines(groups: list[list[ScopeTrack]]) -> Iterator[str]:
-    """The samples, some lines at a time; a column that ends early has blanks."""
+    """Yield the samples, some lines at a time; a column that ends early has blanks."""
     most = max((len(group[0]) for group in groups), default=0)
     rows = max(_CELLS // (sum(map(len, groups)) + len(groups)), 1) if groups else 1
     for first in range(0, most, rows):

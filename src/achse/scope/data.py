@@ -92,7 +92,7 @@ class ScopeTrack:
         return self.part(0, len(self))
 
     def part(self, first: int, last: int) -> list[Any]:
-        """The values of samples `first` up to before `last`, as far as they are there."""
+        """Return the values of samples `first` up to before `last`, as far as they are there."""
         raw = self._raw(first, min(last, len(self)))
         if not self.channel.scaled:
             return raw
@@ -165,7 +165,7 @@ class ScopeData:
         }
 
     def __getitem__(self, name: str) -> ScopeTrack:
-        """The channel of that name. Raises KeyError."""
+        """Return the channel of that name. Raises KeyError."""
         return self._tracks[name]
 
     def __iter__(self) -> Iterator[str]:
@@ -220,7 +220,7 @@ class ScopeData:
         return to_pandas(self)
 
     def to_polars(self) -> "polars.DataFrame":
-        """A column `time` in seconds and one per channel; needs polars (`achse[tables]`)."""
+        """Return a column `time` in seconds and one per channel; needs polars (`achse[tables]`)."""
         from achse.scope.tables import to_polars
 
         return to_polars(self)

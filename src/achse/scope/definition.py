@@ -41,7 +41,7 @@ class ScopeDefinition:
     """Combination of the triggers: `any` is enough, or `all` must fire in the same sample."""
 
     def with_length(self, seconds: float) -> "ScopeDefinition":
-        """The same with another record length. Raises ScopeError."""
+        """Return the same with another record length. Raises ScopeError."""
         return replace(self, record_length=_length(seconds, "record_length"))
 
     @property
@@ -49,7 +49,7 @@ class ScopeDefinition:
         return max(round(self.record_length * 1e9), 1)
 
     def document(self) -> dict[str, Any]:
-        """The definition as JSON has it."""
+        """Return the definition as JSON has it."""
         return {
             "name": self.name,
             "record_length": self.record_length,
@@ -61,7 +61,7 @@ class ScopeDefinition:
 
 
 def parse_definition(text: bytes) -> ScopeDefinition:
-    """The definition in a file or a request. Raises ScopeError."""
+    """Return the definition in a file or a request. Raises ScopeError."""
     try:
         document = json.loads(text.rstrip(b"\0"))
     except (ValueError, RecursionError):
@@ -74,7 +74,7 @@ def parse_definition(text: bytes) -> ScopeDefinition:
 
 
 def definition_of(document: Mapping[str, Any]) -> ScopeDefinition:
-    """A definition from its parts. Raises ScopeError."""
+    """Return a definition from its parts. Raises ScopeError."""
     unknown = sorted(set(document) - set(_KEYS))
     if unknown:
         raise ScopeError(f"{unknown[0]:.80}: no such key, there are {', '.join(_KEYS)}")

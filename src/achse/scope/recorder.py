@@ -193,11 +193,11 @@ class Recorder:
     # what there is -----------------------------------------------------------------------------
 
     def data(self, epoch_ns: int = 0) -> ScopeData:
-        """A copy of all samples that are there; `epoch_ns` is the Unix time of time 0."""
+        """Return a copy of all samples that are there; `epoch_ns` is the Unix time of time 0."""
         return self.taking(epoch_ns)()
 
     def taking(self, epoch_ns: int = 0) -> Callable[[], ScopeData]:
-        """The same to be copied later, in small pieces, by another thread if need be.
+        """Return the same to be copied later, in small pieces, by another thread if need be.
 
         What is recorded meanwhile is not in it; the oldest samples that go meanwhile, too.
         """

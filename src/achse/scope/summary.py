@@ -31,7 +31,7 @@ def summary(data: "ScopeData") -> list[dict[str, Any]]:
 
 
 def _number(value: Any) -> Any:
-    """A number that JSON has, else its word."""
+    """Return a number that JSON has, else its word."""
     if isinstance(value, float):
         return float(f"{value:.9g}") if math.isfinite(value) else str(value)
     return int(value) if value is not None else None
@@ -58,7 +58,7 @@ def html_of(data: "ScopeData") -> str:
 
 
 def png_of(data: "ScopeData") -> bytes | None:
-    """The curves of the first channels; None without matplotlib, or without channels."""
+    """Return the curves of the first channels; None without matplotlib, or without channels."""
     from achse.plot import recording
     from achse.plot.markup import drawn
 

@@ -35,7 +35,7 @@ def to_pandas(data: ScopeData) -> "pandas.DataFrame":
 
 
 def to_polars(data: ScopeData) -> "polars.DataFrame":
-    """A column `time` in seconds since the first sample, and one per channel.
+    """Return a column `time` in seconds since the first sample, and one per channel.
 
     Where a channel has no sample at a time of another, it is null. Raises ScopeError without
     polars.

@@ -96,7 +96,7 @@ class ScopeTrigger:
         return TriggerBand(low, high, kind.inverted, kind.event)
 
     def document(self) -> dict[str, Any]:
-        """The trigger as JSON has it."""
+        """Return the trigger as JSON has it."""
         names = _NAMES[TRIGGER_KINDS[self.kind].bounds - 1]
         return {
             "channel": self.channel,
@@ -106,7 +106,7 @@ class ScopeTrigger:
 
 
 def trigger_of(document: Any, key: str = "trigger") -> ScopeTrigger:
-    """A trigger from words or from JSON; `key` names it in errors. Raises ScopeError."""
+    """Return a trigger from words or from JSON; `key` names it in errors. Raises ScopeError."""
     if isinstance(document, ScopeTrigger):
         return document
     if isinstance(document, str):

@@ -73,7 +73,7 @@ class ScopeType:
         return _LEAST if self.code == "Q" else 0
 
     def key(self, word: int) -> int:
-        """A whole number for each value, in the same order; -0.0 comes just before 0.0."""
+        """Return a whole number for each value, in the same order; -0.0 comes just before 0.0."""
         key = (word ^ self.sign) - self.sign
         return (key ^ self.flip if key < 0 else key) ^ self.turn
 
@@ -85,7 +85,8 @@ class ScopeType:
         return _LEAST, _MOST
 
     def word(self, value: float) -> int:
-        """The word of a value, as a signed number. Raises ScopeError for what the type has not."""
+        """Return the word of a value, as a signed number. Raises ScopeError for what the type has
+        not."""
         try:
             data = struct.pack(f"<{self.code}", value)
         except (struct.error, OverflowError) as fault:
@@ -93,7 +94,7 @@ class ScopeType:
         return int.from_bytes(data.ljust(WORD, b"\0"), "little", signed=True)
 
     def key_from(self, bound: float) -> int:
-        """The least key of values that are `bound` or more, whether the type has it or not.
+        """Return the least key of values that are `bound` or more, whether the type has it or not.
 
         One above all keys if there are none.
         """
@@ -113,7 +114,7 @@ class ScopeType:
         return min(max(key, least), most + 1)
 
     def key_up_to(self, bound: float) -> int:
-        """The greatest key of values that are `bound` or less.
+        """Return the greatest key of values that are `bound` or less.
 
         One below all keys if there are none.
         """
@@ -143,7 +144,7 @@ class ScopeType:
         return self.word(bool(value) if self.code == "?" else value)
 
     def _nearest(self, bound: float) -> float:
-        """The bound as the type has it, or its neighbour."""
+        """Return the bound as the type has it, or its neighbour."""
         if self.code == "d":
             return bound
         try:
@@ -176,10 +177,11 @@ _BY_WORD = {word: row for row in SCOPE_TYPES.values() for word in (row.name, *ro
 
 
 def type_of_number(number: int) -> ScopeType | None:
-    """The type with the number that a symbol entry has (ADST id); None if it is not a number."""
+    """Return the type with the number that a symbol entry has (ADST id); None if it is not a
+    number."""
     return _BY_NUMBER.get(number)
 
 
 def type_of_words(text: str) -> ScopeType | None:
-    """The type of a name: `REAL64` or `LREAL`, in any case."""
+    """Return the type of a name: `REAL64` or `LREAL`, in any case."""
     return _BY_WORD.get(text.strip().upper())

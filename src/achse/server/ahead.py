@@ -19,7 +19,7 @@ class PacketReceiver(Protocol):
     """Connection that takes encoded notifications, several in one packet."""
 
     def room_for_notifications(self) -> int:
-        """Bytes that it takes now as they are; 0 if it has to see each frame."""
+        """Return bytes that it takes now as they are; 0 if it has to see each frame."""
         ...
 
     def put(self, packets: Sequence[bytes], size: int) -> None: ...

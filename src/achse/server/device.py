@@ -233,7 +233,7 @@ class Device:
             self._reply(frame.reply(payload))
 
     def _refusal(self, frame: Frame, failure: Exception) -> bytes:
-        """The answer that says what went wrong."""
+        """Return the answer that says what went wrong."""
         self.error_count += 1
         name = Command(frame.command).name
         if isinstance(failure, DeviceError):
@@ -320,7 +320,7 @@ class Device:
     # the same in this process ----------------------------------------------------------------
 
     def read(self, group: int, offset: int, length: int, client: bytes = b"") -> bytes:
-        """Up to `length` bytes; raises DeviceError."""
+        """Return up to `length` bytes; raises DeviceError."""
         return self.services.find(group).read(group, offset, length, client)
 
     def write(self, group: int, offset: int, data: bytes, client: bytes = b"") -> None:
@@ -493,7 +493,7 @@ def _expect(data: bytes, size: int) -> None:
 
 
 def _header(data: bytes, layout: struct.Struct) -> tuple[int, ...]:
-    """The fields of a request without the last, the length of what must follow them."""
+    """Return the fields of a request without the last, the length of what must follow them."""
     if len(data) < layout.size:
         raise _wrong_size(data, layout.size)
     fields: tuple[int, ...] = layout.unpack_from(data)

@@ -94,7 +94,7 @@ class HandleTable(Generic[Symbol]):
         """Number to try for the next handle; 0 before the first one."""
 
     def __len__(self) -> int:
-        """All handles: valid, out of date and abandoned ones."""
+        """Return all handles: valid, out of date and abandoned ones."""
         return len(self._valid) + len(self._stale)
 
     @property

@@ -261,12 +261,12 @@ class Notifications(Scheduled):
         return timer
 
     def _on_grid(self, task_cycle: int) -> int:
-        """The last point of a task's grid."""
+        """Return the last point of a task's grid."""
         now = self._now()
         return now - (now - self._grid) % task_cycle
 
     def _now(self) -> int:
-        """The time of `tick`."""
+        """Return the time of `tick`."""
         return self._clock() - self._epoch()
 
     def _diagnose(self, client: bytes, cycle_time: int, max_delay: int) -> None:

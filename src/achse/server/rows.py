@@ -99,7 +99,8 @@ _TYPE_NAMES = {
 
 
 def _layout_text(format: str, fields: Iterable[str]) -> str:
-    """A layout as the manuals write it: `UINT32`, `{position:REAL64; 4 unused; jerk:REAL64}`."""
+    """Return a layout as the manuals write it: `UINT32`, `{position:REAL64; 4 unused;
+    jerk:REAL64}`."""
     names = iter(fields)
     parts: list[str] = []
     for count, code in re.findall(r"(\d*)([A-Za-z?])", format):
@@ -270,11 +271,11 @@ class Service:
         own(self, "_answer", _Layouts(self.response) if self.exchange else self._request)
 
     def encoder(self, length: int) -> Callable[[Any], bytes]:
-        """The codec function that answers a request for `length` bytes."""
+        """Return the codec function that answers a request for `length` bytes."""
         return self._answer.encoder(length)
 
     def decode(self, data: bytes) -> Any:
-        """The value in `data`, checked against the row's range; raises DeviceError."""
+        """Return the value in `data`, checked against the row's range; raises DeviceError."""
         value = self._request.decode(data)
         low, high = self.minimum, self.maximum
         if (

@@ -51,7 +51,7 @@ class SumCommands:
         self._notifications = notifications
 
     def groups(self) -> Iterator[IndexGroup]:
-        """The rows: one per command."""
+        """Yield the rows: one per command."""
         for index_group, name, run, request, response, description in (
             (
                 ReservedGroup.SUM_READ,

@@ -71,7 +71,7 @@ class ResolvedSymbol(Protocol):
         ...
 
     def entry(self) -> bytes:
-        """The symbol entry, as group 0xF009 answers it."""
+        """Return the symbol entry, as group 0xF009 answers it."""
         ...
 
 
@@ -101,7 +101,8 @@ class SymbolSource(Protocol):
         ...
 
     def resolve(self, name: str) -> ResolvedSymbol | None:
-        """The symbol `name` in any case, with members, indices, `^` and `#`; None if unknown.
+        """Return the symbol `name` in any case, with members, indices, `^` and `#`; None if
+        unknown.
 
         May raise DeviceError for a more telling code, such as 0x721 for an array index.
         """
@@ -110,11 +111,11 @@ class SymbolSource(Protocol):
     def upload_info(self) -> TableSizes: ...
 
     def symbol_table(self) -> bytes:
-        """All symbol entries back to back; kept, not built again at each call."""
+        """Return all symbol entries back to back; kept, not built again at each call."""
         ...
 
     def type_table(self) -> bytes:
-        """All data type entries back to back; kept."""
+        """Return all data type entries back to back; kept."""
         ...
 
     def type_entry(self, name: str) -> bytes | None:
@@ -123,7 +124,7 @@ class SymbolSource(Protocol):
 
 
 def decode_name(data: bytes) -> str:
-    """A name as clients send it, with or without NUL (texts are cp1252)."""
+    """Return a name as clients send it, with or without NUL (texts are cp1252)."""
     return data.partition(b"\0")[0].decode("cp1252", "replace")
 
 
@@ -151,7 +152,7 @@ class SymbolServices:
         self._way = way
 
     def groups(self) -> Iterator[IndexGroup]:
-        """The rows: one per index group."""
+        """Yield the rows: one per index group."""
         yield RawGroup(
             ReservedGroup.SYMBOL_HANDLE_BY_NAME,
             "symbol handle by name",
@@ -385,7 +386,7 @@ def _handle_and_type(handle: int, symbol: ResolvedSymbol) -> bytes:
 
 
 def _piece(table: bytes, offset: int, length: int) -> bytes:
-    """The part of an upload that `offset` asks for."""
+    """Return the part of an upload that `offset` asks for."""
     if offset == 0:
         return table
     if not offset & _PIECE:

@@ -29,27 +29,27 @@ class IndexGroup:
     """
 
     def index_groups(self) -> Iterable[int]:
-        """Every index group that this serves."""
+        """Return every index group that this serves."""
         raise NotImplementedError
 
     def describe(self) -> Iterator[RowFacts]:
-        """The rows, in order of their offsets."""
+        """Return the rows, in order of their offsets."""
         raise NotImplementedError
 
     def reader(self, group: int, offset: int, length: int, client: bytes) -> Reader:
-        """A function that reads up to `length` bytes, again and again."""
+        """Return a function that reads up to `length` bytes, again and again."""
         raise DeviceError(ReturnCode.INVALID_ACCESS, f"0x{group:X}:0x{offset:X} cannot be read")
 
     def read(self, group: int, offset: int, length: int, client: bytes) -> bytes:
-        """Up to `length` bytes now."""
+        """Return up to `length` bytes now."""
         return self.reader(group, offset, length, client)()
 
     def watch(self, group: int, offset: int, length: int, client: bytes) -> Reader:
-        """The reader for a notification."""
+        """Return the reader for a notification."""
         return self.reader(group, offset, length, client)
 
     def context(self, group: int, offset: int, client: bytes) -> int:
-        """The context (task) number whose cycle a notification in context follows."""
+        """Return the context (task) number whose cycle a notification in context follows."""
         return 0
 
     def write(self, group: int, offset: int, data: bytes, client: bytes) -> None:
@@ -106,11 +106,11 @@ class _RowGroup(IndexGroup):
         self._readable = self._by_access[READ]
 
     def target(self, group: int) -> Any:
-        """The object behind an index group; raises DeviceError if there is none."""
+        """Return the object behind an index group; raises DeviceError if there is none."""
         raise NotImplementedError
 
     def _find(self, group: int, offset: int, access: Access) -> tuple[Service, int]:
-        """The row for `offset`, with the number of the sub-element or the index it means."""
+        """Return the row for `offset`, with the number of the sub-element or the index it means."""
         rows = self._by_access[access]
         row = rows.get(offset)
         if row is not None:
@@ -451,12 +451,12 @@ class ServiceTable:
         return iter(self.groups)
 
     def describe(self) -> Iterator[RowFacts]:
-        """Every row of every group, in order of the groups."""
+        """Yield every row of every group, in order of the groups."""
         for group in self.groups:
             yield from group.describe()
 
     def find(self, group: int) -> IndexGroup:
-        """The group that serves index group `group`; raises DeviceError 0x702."""
+        """Return the group that serves index group `group`; raises DeviceError 0x702."""
         entry = self.by_index.get(group)
         if entry is None:
             raise DeviceError(ReturnCode.INVALID_GROUP, f"0x{group:X}")

@@ -143,8 +143,8 @@ class Station:
         redundant: Mapping[str, str] | None = None,
         epoch_ns: int = DEFAULT_EPOCH_NS,
     ) -> Self:
-        """A station from a station.toml or its folder, or what a solution (`.sln`, `.tsproj`), a
-        PLC project, a source or a folder of them has.
+        """Return a station from a station.toml or its folder, or what a solution (`.sln`,
+        `.tsproj`), a PLC project, a source or a folder of them has.
 
         `net_id` and `host` replace those in there, `interfaces` (by name of the bus, "" for the
         only one) where the slaves of buses are, `redundant` where the other ends of their lines
@@ -161,7 +161,7 @@ class Station:
 
     @classmethod
     def demo(cls, *, net_id: str | None = None, epoch_ns: int = DEFAULT_EPOCH_NS) -> Self:
-        """The station that `achse run` starts without a file: PLC 851, axes X, Y and C."""
+        """Return the station that `achse run` starts without a file: PLC 851, axes X, Y and C."""
         return cls.load(DEMO, net_id=net_id, epoch_ns=epoch_ns)
 
     @property
@@ -288,7 +288,8 @@ class Station:
         combine: str = "any",
         name: str = "python",
     ) -> StationScope:
-        """A scope: `with station.scope(["MAIN.fLevel", "500:Axes.X.ActPos"]) as scope:` records.
+        """Return a scope: `with station.scope(["MAIN.fLevel", "500:Axes.X.ActPos"]) as scope:`
+        records.
 
         `length` in seconds is what its rings hold, `pretrigger` the share of it before the trigger
         (0 to below 1). Channels and triggers are words or objects, see `achse.scope`. Raises

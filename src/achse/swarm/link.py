@@ -204,7 +204,7 @@ class NetworkLink:
             self._scheduler.call_at_ns(self._back_ns, self._come, piece)
 
     def get_write_buffer_size(self) -> int:
-        """Bytes that the client has not read."""
+        """Return bytes that the client has not read."""
         return self._under_way
 
     def close(self) -> None:

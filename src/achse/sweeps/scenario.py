@@ -48,7 +48,7 @@ class Scenario:
         return scenario
 
     def function(self) -> Callable[..., Mapping[str, Value]]:
-        """The function. Raises SweepError."""
+        """Return the function. Raises SweepError."""
         module = types.ModuleType(_MODULE)
         module.__file__ = self.file
         sys.modules[_MODULE] = module  # where dataclasses look for their annotations
@@ -77,7 +77,7 @@ def play(
     *,
     own_process: bool = False,
 ) -> list[Row]:
-    """The rows of some runs, in this process. A run that raises has an error and no results.
+    """Return the rows of some runs, in this process. A run that raises has an error and no results.
 
     One that takes more than `longest` seconds has failed too; see `achse.sweeps.deadline`.
     """
@@ -86,7 +86,7 @@ def play(
 
 
 def failed_row(run: Run, error: str, seconds: float = 0.0) -> Row:
-    """The row of a run without results."""
+    """Return the row of a run without results."""
     message = error.encode("utf-8", "backslashreplace").decode()[:_LONGEST_ERROR]
     return {
         "run": run.number,
@@ -142,7 +142,8 @@ def _results(returned: Any, row: Row) -> Row:
 
 
 def _plain(name: str, value: Any) -> Value:
-    """A number, text or bool of Python itself: others may not travel, or not be equal elsewhere."""
+    """Return a number, text or bool of Python itself: others may not travel, or not be equal
+    elsewhere."""
     if hasattr(value, "item"):  # NumPy's numbers
         value = value.item()
     if isinstance(value, bool | int | float):

@@ -58,7 +58,7 @@ class SweepStore:
             self._lock_file.close()
 
     def begin(self) -> list[Row]:
-        """The rows that are there already. Raises SweepError, OSError."""
+        """Return the rows that are there already. Raises SweepError, OSError."""
         note = self._parts / "sweep.json"
         if (there := _document(note)) is not None:
             if there != self._what:

@@ -38,7 +38,7 @@ class Workers:
     def play(
         self, scenario: Scenario, pieces: Sequence[Sequence[Run]], longest: float | None
     ) -> Iterator[list[Row]]:
-        """The rows of pieces as they are done. What a worker had that died goes to another.
+        """Yield the rows of pieces as they are done. What a worker had that died goes to another.
 
         Where workers die again and again the piece is played run by run, and those that still have
         no rows one after the other: a run is blamed only for deaths of its own. Raises SweepError

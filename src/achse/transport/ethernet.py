@@ -58,7 +58,7 @@ class Link(Protocol):
         ...
 
     def fileno(self) -> int:
-        """The file descriptor that is readable when a packet waits."""
+        """Return the file descriptor that is readable when a packet waits."""
         ...
 
     def close(self) -> None: ...
@@ -74,7 +74,7 @@ class _Socket:
     """Number of times that the interface went down; UDP does not report it."""
 
     def fileno(self) -> int:
-        """The file descriptor that is readable when a packet waits."""
+        """Return the file descriptor that is readable when a packet waits."""
         return self._socket.fileno()
 
     def close(self) -> None:
@@ -194,7 +194,7 @@ class EthernetLink(_Socket):
         return True
 
     def receive(self, timeout_s: float) -> bytes | None:
-        """The next frame from outside; None if none came within `timeout_s`, 0 looks only.
+        """Return the next frame from outside; None if none came within `timeout_s`, 0 looks only.
 
         An answer comes soon or never: for the first 0.2 ms after a frame was sent this thread asks
         again and again, then it sleeps.

@@ -49,7 +49,7 @@ class _ModbusConnection(ABC):
         self.waiting = 0
 
     async def request(self, unit: int, pdu: bytes) -> bytes:
-        """The answer to a request; raises OSError, ModbusAnswerError."""
+        """Return the answer to a request; raises OSError, ModbusAnswerError."""
         if self.waiting >= _MOST_WAITING:
             raise ModbusBusyError(f"{self.waiting} requests for {self._peer.host} wait")
         self.waiting += 1
@@ -66,7 +66,7 @@ class _ModbusConnection(ABC):
 
     @abstractmethod
     async def _exchange(self, number: int, unit: int, pdu: bytes) -> bytes:
-        """The answer to request `number`; raises OSError, ModbusAnswerError."""
+        """Return the answer to request `number`; raises OSError, ModbusAnswerError."""
 
     @abstractmethod
     def drop(self) -> None:
@@ -179,7 +179,7 @@ class ModbusClient:
         self._loop = self._stop = None
 
     def _running_loop(self) -> asyncio.AbstractEventLoop:
-        """The loop of the thread, which begins with the first request."""
+        """Return the loop of the thread, which begins with the first request."""
         if self._thread is None:
             ready = threading.Event()
             self._thread = threading.Thread(

@@ -54,7 +54,7 @@ def _type(name: str) -> "IecType[Any]":
 
 
 def _data(text: str, type_name: str | None) -> bytes:
-    """The bytes of hex digits, or of a literal of that type."""
+    """Return the bytes of hex digits, or of a literal of that type."""
     if type_name is None:
         return _bytes(text)
     from achse.iec import IecValueError

@@ -270,7 +270,7 @@ async def home(
 def _start_type(
     to: float | None, by: float | None, endless: Direction | None, modulo: Way | None
 ) -> tuple[Any, float]:
-    """The start type and the position that goes with it."""
+    """Return the start type and the position that goes with it."""
     from achse.codes.axis import StartType
 
     if sum(wish is not None for wish in (to, by, endless)) != 1:

@@ -123,7 +123,7 @@ async def _watch(
 
 
 async def _names(client: "Client") -> list[str]:
-    """The controllers, in their order."""
+    """Return the controllers, in their order."""
     return [
         entry.name.removesuffix(_FIRST_WORD)
         for entry in sorted(await client.symbols(), key=lambda entry: entry.index_group)
@@ -132,7 +132,7 @@ async def _names(client: "Client") -> list[str]:
 
 
 async def _chosen(client: "Client", name: str | None) -> str:
-    """The name as the station has it."""
+    """Return the name as the station has it."""
     names = await _names(client)
     if name is None:
         return names[0]

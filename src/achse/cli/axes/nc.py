@@ -16,7 +16,7 @@ from achse.iec.nearest import did_you_mean
 
 
 def motion_state(state_dword: int) -> str:
-    """The PLCopen state of an axis."""
+    """Return the PLCopen state of an axis."""
     return plc_open_state(state_dword).value
 
 
@@ -30,12 +30,12 @@ class NcAxis:
     unit: str
 
     async def online(self) -> dict[str, Any]:
-        """The online structure (002, 0x4100 + id: 0), by field."""
+        """Return the online structure (002, 0x4100 + id: 0), by field."""
         online: dict[str, Any] = await self.remote.states["axis_online_structure"]
         return online
 
     def samples(self, cycle_time: float) -> Subscription:
-        """The cyclic structure (0x4300 + id: 0x80) each `cycle_time` seconds, as bytes."""
+        """Return the cyclic structure (0x4300 + id: 0x80) each `cycle_time` seconds, as bytes."""
         service = named((CYCLIC,), "nc_to_plc_structure")
         return self.remote.nc.subscribe_as(
             *service.place(self.axis_id),
@@ -45,7 +45,7 @@ class NcAxis:
         )
 
     def sample(self, data: bytes) -> dict[str, Any]:
-        """The fields of a sample of `samples`."""
+        """Return the fields of a sample of `samples`."""
         values: dict[str, Any] = named((CYCLIC,), "nc_to_plc_structure").layout.decode(data)
         return values
 
@@ -54,7 +54,7 @@ class NcAxis:
 
 
 async def axes_of(nc: Target) -> list[NcAxis]:
-    """All axes of the NC, by id."""
+    """Return all axes of the NC, by id."""
     return await _axes(nc, await RemoteNc(nc).ids())
 
 

@@ -162,7 +162,8 @@ async def _look(row: "AxisValue") -> Shown:
 
 
 def _number(row: "AxisValue", text: str) -> int | float:
-    """The number that `text` is to this row: a choice by its word, else a whole or real one."""
+    """Return the number that `text` is to this row: a choice by its word, else a whole or real
+    one."""
     choices, layout = row.service.choices, row.service.layout
     if choices is not None and text.upper() in choices.__members__:
         return choices[text.upper()]

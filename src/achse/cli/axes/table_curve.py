@@ -67,7 +67,7 @@ class Curve:
     master_velocity: float
 
     def violations(self, limits: SlaveLimits) -> list[Violation]:
-        """Each limit that is broken, by how much, and where."""
+        """Return each limit that is broken, by how much, and where."""
         violations = []
         for quantity, name in enumerate(QUANTITIES):
             low, high = limits.of(quantity)
@@ -92,7 +92,7 @@ class Curve:
         return spans
 
     def text(self, limits: SlaveLimits, unit: str, width: int) -> "Text":
-        """The picture for a terminal; what breaks a limit is red."""
+        """Return the picture for a terminal; what breaks a limit is red."""
         from rich.text import Text
 
         panels = []
@@ -137,7 +137,8 @@ class Curve:
 def curve_of(
     content: Content, joined: CamInterpolation, cyclic: bool, master_velocity: float
 ) -> Curve:
-    """The curve of rows or points as the NC joins them; ends the command where they are none."""
+    """Return the curve of rows or points as the NC joins them; ends the command where they are
+    none."""
     tables = Tables(lambda: ())
     points = [each for each in content if isinstance(each, FunctionPoint)]
     kind = TableType.MOTION_FUNCTION if points else TableType.CAMMING

@@ -12,7 +12,7 @@ Content = list[tuple[float, float]] | list[FunctionPoint]
 
 
 def read_table(file: Path) -> Content:
-    """The rows or points of a file; whatever is wrong with it ends the command."""
+    """Return the rows or points of a file; whatever is wrong with it ends the command."""
     try:
         content = content_of(file.read_text(encoding="utf-8-sig"))
     except TableTextError as fault:
@@ -37,7 +37,7 @@ def read_table(file: Path) -> Content:
 
 
 def written(content: Content) -> str:
-    """The text of a table."""
+    """Return the text of a table."""
     rows: list[tuple[float, float]] = []
     points: list[MotionPoint] = []
     for each in content:

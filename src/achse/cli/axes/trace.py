@@ -52,11 +52,11 @@ class Trace:
         return self.columns[name]
 
     def peak(self, name: str) -> float:
-        """The largest magnitude in a column, 0 without samples."""
+        """Return the largest magnitude in a column, 0 without samples."""
         return max(map(abs, self.columns[name]), default=0.0)
 
     def lines(self, width: int, height: int = 9) -> list[str]:
-        """The picture: actual position above actual velocity."""
+        """Return the picture: actual position above actual velocity."""
         panels = (
             Panel(f"position {self.unit}", self["actual_position"]),
             Panel(f"velocity {self.unit}/s", self["actual_velocity"]),
@@ -64,7 +64,7 @@ class Trace:
         return plot(self.times, panels, width=width, height=height)
 
     def text(self, width: int, height: int = 9) -> "Text":
-        """The picture in colours."""
+        """Return the picture in colours."""
         from rich.text import Text
 
         text = Text("\n".join(self.lines(width, height)), no_wrap=True)

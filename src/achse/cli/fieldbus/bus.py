@@ -68,7 +68,7 @@ def _listens(options: dict[str, Any]) -> tuple[str, int]:
 
 
 async def _master(client: "Client", device: int) -> "Target":
-    """The master of a bus."""
+    """Return the master of a bus."""
     from achse.ams import NetId
 
     numbers = struct.unpack("<H", (await client.read_raw(_DEVICES, _IDS, 2))[:2])
@@ -83,7 +83,7 @@ def _flags(value: int, names: tuple[tuple[int, str], ...]) -> list[str]:
 
 
 async def _slaves(client: "Client", device: int) -> list[dict[str, Any]]:
-    """The slaves of a bus: address, name, state, identity, what is wrong."""
+    """Return the slaves of a bus: address, name, state, identity, what is wrong."""
     master = await _master(client, device)
     data = await master.read_raw(_ADDRESSES, 0, _LONGEST)
     stations = struct.unpack(f"<{len(data) // 2}H", data)

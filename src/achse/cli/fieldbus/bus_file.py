@@ -20,7 +20,7 @@ _PROGRESS_FIELDS = struct.Struct("<4I")
 
 
 async def read_file(slave: "Target", name: str, password: int) -> bytes:
-    """A whole file; raises AdsError."""
+    """Return a whole file; raises AdsError."""
     slave = slave.within(_LONGEST_S)
     handle = await _opened(slave, _OPEN_READ, name, password)
     part = await _with_progress(slave, handle, slave.read_write_raw(_READ, handle, _PART, b""))
@@ -47,7 +47,7 @@ async def _opened(slave: "Target", group: int, name: str, password: int) -> int:
 
 
 async def _with_progress(slave: "Target", handle: int, request: Awaitable[bytes]) -> bytes:
-    """The answer to a request that takes long."""
+    """Return the answer to a request that takes long."""
     task = asyncio.ensure_future(request)
     shows = sys.stderr.isatty() and not in_json()
     shown = ""

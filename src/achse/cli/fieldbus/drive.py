@@ -202,7 +202,7 @@ objects.register(drive)
 
 
 def _types(text: str, count: int | None) -> list[str]:
-    """The type of each drive."""
+    """Return the type of each drive."""
     types = [_type(kind) for kind in text.split(",")]
     if count is None:
         return types

@@ -117,7 +117,7 @@ def _devices(files: list[Path]) -> list["EsiDevice"]:
 
 
 def _progress() -> Callable[[int, int], None]:
-    """A bar on a terminal, nothing else."""
+    """Return a bar on a terminal, nothing else."""
     import sys
 
     if in_json() or not sys.stderr.isatty():

@@ -100,7 +100,7 @@ def entry_of(text: str) -> tuple[int, int | None]:
 
 
 def _named(text: str) -> tuple[int, int | None]:
-    """The entry, or the whole object, of that name."""
+    """Return the entry, or the whole object, of that name."""
     from achse.drive.objects import ROWS
     from achse.iec.nearest import did_you_mean
 
@@ -127,7 +127,7 @@ def _names(rows: "Iterable[ObjectRow]") -> list[str]:
 
 
 def _folded(name: str) -> str:
-    """A name without case, spaces and the like."""
+    """Return a name without case, spaces and the like."""
     return "".join(sign for sign in name.casefold() if sign.isalnum())
 
 

@@ -274,7 +274,8 @@ def control_place(text: str) -> tuple[str, int] | None:
 def _service(
     where: tuple[str, int] | None, segment: "Segment", script: Path | None
 ) -> tuple["ControlPort | None", str]:
-    """The service that begins the faults of a file and takes commands, and where it listens."""
+    """Return the service that begins the faults of a file and takes commands, and where it
+    listens."""
     if where is None and script is None:
         return None, "none"
     from achse.station.slaves.control_port import ControlPort

@@ -119,7 +119,7 @@ def secure_target(text: str, folder: Path | None = None) -> "SecureTarget":
 
 
 async def _shown_by(target: "SecureTarget") -> str:
-    """The fingerprint that a target shows, whether it knows us or not."""
+    """Return the fingerprint that a target shows, whether it knows us or not."""
     from achse.client.links.link import Onlooker
     from achse.client.links.secure_link import SecureDialer
     from achse.transport.secure.own_certificate import CertificateError

@@ -68,7 +68,7 @@ async def draw(
 
 
 def _body(sources: "list[Parsed]", name: str) -> "tuple[GraphicalBody, bool]":
-    """The drawn body of a name, and True if it is that of a program."""
+    """Return the drawn body of a name, and True if it is that of a program."""
     from achse.st.graphical.body import GraphicalBody
     from achse.st.syntax.units import Program
 

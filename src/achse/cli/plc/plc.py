@@ -161,7 +161,7 @@ async def step(
 
 
 async def _until_halted(link: "DebugLink", state: dict[str, Any]) -> dict[str, Any]:
-    """The state at the next stop, or what it is after a while."""
+    """Return the state at the next stop, or what it is after a while."""
     waited = 0.0
     while state["state"] == "run" and waited < _PATIENCE:
         await asyncio.sleep(_PAUSE)

@@ -21,7 +21,7 @@ Symbol = TypeVar("Symbol", bound=Named)
 def selected(
     entries: Iterable[Symbol], pattern: str = "*", type_pattern: str = "*"
 ) -> Iterator[Symbol]:
-    """The symbols whose name and type are like the patterns; case does not matter."""
+    """Yield the symbols whose name and type are like the patterns; case does not matter."""
     for entry in entries:
         named = _like(entry.name, pattern) or _like(entry.name, f"{pattern}.*")
         if named and _like(entry.type_name, type_pattern):

@@ -281,7 +281,7 @@ def _of_origin(origin: Path) -> "SymbolFile":
 
 
 def _plc_table(origin: Path, to: Path, port: int) -> str:
-    """The `[[plc]]` table for a station.toml beside `origin`."""
+    """Return the `[[plc]]` table for a station.toml beside `origin`."""
     from achse.st.files.forms import Content, has_content
 
     key = "symbols" if has_content(origin, Content.SYMBOLS) else "sources"

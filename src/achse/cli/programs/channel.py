@@ -45,7 +45,7 @@ async def _ids(client: "Client") -> list[int]:
 
 
 async def _chosen(client: "Client", wanted: int | None) -> int:
-    """The channel, or the first with an interpreter."""
+    """Return the channel, or the first with an interpreter."""
     if wanted is not None:
         return wanted
     for id in await _ids(client):
@@ -102,7 +102,7 @@ async def _place(client: "Client", id: int) -> dict[str, Any] | None:
 
 
 def _state_text(state: dict[str, Any]) -> str:
-    """A state as a line."""
+    """Return a state as a line."""
     text = f"channel {state['channel']}: {state['state']}"
     if state["program"]:
         text += f", {state['program']}"
@@ -119,7 +119,7 @@ def _state_text(state: dict[str, Any]) -> str:
 
 
 def _place_text(place: dict[str, Any] | None) -> str:
-    """A place, to be read behind a state."""
+    """Return a place, to be read behind a state."""
     if place is None:
         return ""
     number = f" (N{place['block']})" if place["block"] else ""

@@ -272,7 +272,7 @@ def _endpoint(via: str) -> tuple[str, int]:
 
 
 def _device(text: str) -> "AmsAddress":
-    """The AMS address of `NETID[:PORT]`."""
+    """Return the AMS address of `NETID[:PORT]`."""
     from achse.ams import AmsAddress
 
     try:

@@ -115,7 +115,7 @@ def _is_capture(file: Path) -> bool:
 
 
 def _recording(file: Path, trouble: int = 1) -> "Recording":
-    """The recording in a file; without one, the exit code is `trouble`."""
+    """Return the recording in a file; without one, the exit code is `trouble`."""
     from achse.monitor.capture import CaptureError, read_capture
     from achse.monitor.recording import Recording
 

@@ -22,7 +22,7 @@ POINTS = 400
 
 
 def lines_of(data: "ScopeData", width: int = 72, height: int = 7) -> list[str]:
-    """The first curves of a recording, each over its own time."""
+    """Return the first curves of a recording, each over its own time."""
     lines: list[str] = []
     for track in data.tracks[:PANELS]:
         times, values = _thinned(track)

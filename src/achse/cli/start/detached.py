@@ -89,7 +89,8 @@ class DetachedStation(NamedTuple):
             _use_namespace(namespace)
 
     def _pid_here(self) -> int:
-        """The process id in our PID namespace, also of a station in a container below ours."""
+        """Return the process id in our PID namespace, also of a station in a container below
+        ours."""
         if self.pid_namespace in ("", _pid_namespace()):
             return self.pid
         for process in Path("/proc").glob("[0-9]*"):
@@ -106,7 +107,7 @@ class DetachedStation(NamedTuple):
 
 
 def _pid_namespace() -> str:
-    """The PID namespace of this process; empty where there are none."""
+    """Return the PID namespace of this process; empty where there are none."""
     try:
         return str(Path("/proc/self/ns/pid").readlink())
     except OSError:
@@ -398,7 +399,7 @@ def stop(
 
 
 def _only(which: str | None) -> DetachedStation:
-    """The detached station of that name, or the only one."""
+    """Return the detached station of that name, or the only one."""
     stations = detached_stations()
     matches = [each for each in stations if which is None or each.is_called(which)]
     if len(matches) == 1:

@@ -368,7 +368,7 @@ async def _broker_fault(host: str, port: int) -> str:
 
 
 def _name(which: str) -> str:
-    """The name of a fleet that is named, or whose file is."""
+    """Return the name of a fleet that is named, or whose file is."""
     return _plan(Path(which), None).name if which.endswith(".toml") else which
 
 
@@ -512,7 +512,7 @@ def _start(plan: "FleetPlan", broker: str | None, seconds: float) -> None:
 def _await_stations(
     process: "subprocess.Popen[bytes]", log: Path, end: float, seconds: float
 ) -> list[dict[str, Any]]:
-    """The rows of all stations when none is starting any more."""
+    """Return the rows of all stations when none is starting any more."""
     while True:
         if process.poll() is not None:
             fail("\n".join(_last_lines(log)) or "the fleet ended at once", name="NOT_STARTED")

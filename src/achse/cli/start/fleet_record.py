@@ -43,7 +43,7 @@ class FleetRecord(NamedTuple):
 
 
 def fleet_logs(name: str) -> Path:
-    """The folder for the logs of a fleet."""
+    """Return the folder for the logs of a fleet."""
     return runtime_folder() / f"{_TAKEN}{name}-logs"
 
 
@@ -119,7 +119,8 @@ def fleets() -> list[FleetRecord]:
 
 
 def the_fleet(which: str | None) -> FleetRecord:
-    """The fleet of that name or fleet.toml, or the only one; what is not there ends the command."""
+    """Return the fleet of that name or fleet.toml, or the only one; what is not there ends the
+    command."""
     running = fleets()
     matches = [
         each

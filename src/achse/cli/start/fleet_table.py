@@ -62,7 +62,7 @@ def fleet_summary(name: str, rows: Sequence[Row]) -> str:
 
 
 def fleet_table(name: str, rows: Sequence[Row]) -> "Table":
-    """The same for a terminal, in colours."""
+    """Return the same for a terminal, in colours."""
     from rich.table import Table
     from rich.text import Text
 

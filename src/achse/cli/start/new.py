@@ -166,7 +166,7 @@ def _write(folder: Path, files: dict[str, str], in_json: bool, *, over: bool = F
 def project(
     name: str, plc: PlcKind, axes: list[str], tests: bool, ci: Server | None
 ) -> dict[str, str]:
-    """The files, by their names."""
+    """Return the files, by their names."""
     files = {"station.toml": "".join(_station(name, plc, axes)), SCHEMA_FILE: _schema()}
     if plc is PlcKind.ST:
         files["plc/MAIN.st"] = _MAIN_ST
@@ -202,7 +202,7 @@ def _schema() -> str:
 
 
 def _station(name: str, plc: PlcKind, axes: list[str]) -> Iterator[str]:
-    """A station.toml: what it has, and as comments what else it could have."""
+    """Yield a station.toml: what it has, and as comments what else it could have."""
     from achse.station.configuration import plc as plc_keys
     from achse.station.configuration import station_file
     from achse.station.configuration.limits import LimitsConfig
@@ -254,7 +254,7 @@ def _table(
 
 
 def commented(model: "type[BaseModel]", values: Set[str] = frozenset()) -> Iterator[str]:
-    """The other keys of a table in comments, each with its meaning and its default.
+    """Yield the other keys of a table in comments, each with its meaning and its default.
 
     A key without a default has an example behind it.
     """

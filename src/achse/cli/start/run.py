@@ -178,7 +178,7 @@ def _speed(text: str) -> float:
 
 
 def _interfaces(words: Sequence[str] | None, option: str) -> dict[str, str]:
-    """The interfaces of an option by the name of the bus, "" without one."""
+    """Return the interfaces of an option by the name of the bus, "" without one."""
     interfaces: dict[str, str] = {}
     for word in words or ():
         bus, _, interface = word.rpartition("=")

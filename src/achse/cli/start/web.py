@@ -161,7 +161,8 @@ async def station_web(
 
 
 def _projects(station: "Station") -> "tuple[EditedProject, ...]":
-    """The PLCs of a station that run sources; a folder's name is better known than its path."""
+    """Return the PLCs of a station that run sources; a folder's name is better known than its
+    path."""
     from achse.web.settings import EditedProject
 
     return tuple(

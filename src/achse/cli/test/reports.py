@@ -50,7 +50,8 @@ class Finding:
 
 
 def path_of(project: Path, name: str) -> str:
-    """The path of a source from the current folder on; of a file that is not found, its name."""
+    """Return the path of a source from the current folder on; of a file that is not found, its
+    name."""
     listed = project_file(project)
     if listed is not None:
         folder = listed.parent
@@ -69,7 +70,8 @@ def path_of(project: Path, name: str) -> str:
 
 
 def sarif_log(project: Path, findings: Sequence[Finding], problem: str = "") -> dict[str, Any]:
-    """A log with one run; `problem` is the reason why an otherwise sound project would not run."""
+    """Return a log with one run; `problem` is the reason why an otherwise sound project would not
+    run."""
     codes = sorted({finding.fault.code for finding in findings})
     rows = {code: index for index, code in enumerate(codes)}
     notes = [{"level": "error", "message": {"text": problem}}] if problem else []
@@ -124,7 +126,7 @@ def _uri(path: str) -> str:
 
 
 def junit_document(sources: Iterable[str], findings: Sequence[Finding], problem: str = "") -> str:
-    """A `<testsuites>` document: a suite for each source, a case for each finding in it.
+    """Return a `<testsuites>` document: a suite for each source, a case for each finding in it.
 
     Errors are failures, warnings are cases that pass with their text; a source without findings
     is one case. `problem` is as in `sarif_log`, a case of its own.

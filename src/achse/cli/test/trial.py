@@ -100,7 +100,7 @@ def try_runtime(plc: PlcRuntime) -> TrialResult:
 
 
 def _services(typed: "TypedProject") -> "Services | None":
-    """The library routines that a station has; None if nothing calls one."""
+    """Return the library routines that a station has; None if nothing calls one."""
     if not any(routine.builtin for routine in typed.routines.values()):
         return None
     from achse.devices.plc import PlcRequests

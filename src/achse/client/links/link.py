@@ -337,7 +337,8 @@ class TcpDialer:
         _without_service.pop(self._peer_key, None)
 
     async def _open_directly(self, link: TcpLink, user: LinkUser) -> TcpLink:
-        """A new link to who granted no port, and some time for one that ended over the question."""
+        """Return a new link to who granted no port, and some time for one that ended over the
+        question."""
         if link.is_open:
             link.close()
             return await self._connect(user)
@@ -378,7 +379,8 @@ def net_id_of(name: Any) -> NetId:
 
 
 def address_of(name: Any, peer_net_id: NetId = LOOPBACK_NET_ID) -> AmsAddress:
-    """The AMS address of a client whose socket has this name, at a router with `peer_net_id`.
+    """Return the AMS address of a client whose socket has this name, at a router with
+    `peer_net_id`.
 
     A NetId that is the router's own, or every router's loopback alias, gets the next last number.
     """

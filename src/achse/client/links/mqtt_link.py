@@ -69,7 +69,7 @@ class MqttLink:
             raise
 
     async def find_partner(self, net_id: NetId | None, seconds: float = _LOOK_TIME) -> NetId:
-        """The router to ask: that one, or the only one there is. Raises ConnectionLost."""
+        """Return the router to ask: that one, or the only one there is. Raises ConnectionLost."""
         try:
             async with asyncio.timeout(seconds):
                 while net_id not in self.partners and (net_id is not None or not self.partners):

@@ -104,7 +104,7 @@ class SecureTarget:
         )
 
     def known_by(self, user: str, password: str) -> "SecureTarget":
-        """The same at a first contact."""
+        """Return the same at a first contact."""
         return replace(self, user=user, password=password)
 
     def identity(self) -> OwnCertificate:

@@ -72,7 +72,8 @@ class AxisAccess:
     # identity --------------------------------------------------------------------------------
 
     async def located(self) -> tuple[Target, int]:
-        """The NC and the id of the axis; a name is looked up again after a loss of connection."""
+        """Return the NC and the id of the axis; a name is looked up again after a loss of
+        connection."""
         if self._losses != self.nc.session.losses and isinstance(self._which, str):
             self._id = None  # another configuration may run there now
         if self._id is None:
@@ -82,16 +83,16 @@ class AxisAccess:
         return self.nc, self._id
 
     async def id(self) -> int:
-        """The number of the axis. Raises UnknownAxis."""
+        """Return the number of the axis. Raises UnknownAxis."""
         return (await self.located())[1]
 
     async def name(self) -> str:
-        """The name of the axis, as the NC has it."""
+        """Return the name of the axis, as the NC has it."""
         self._name = str(await self.parameters["axis name"])
         return self._name
 
     async def unit(self) -> str:
-        """The unit of positions."""
+        """Return the unit of positions."""
         self.known_unit = str(await self.parameters["physical unit"])
         return self.known_unit
 
@@ -169,11 +170,11 @@ class AxisAccess:
         return await self._reader.read(place[0] - CYCLIC)
 
     async def position(self) -> float:
-        """The actual position."""
+        """Return the actual position."""
         return (await self.status()).position
 
     async def velocity(self) -> float:
-        """The actual velocity."""
+        """Return the actual velocity."""
         return (await self.status()).velocity
 
     async def following_error(self) -> float:
@@ -181,7 +182,7 @@ class AxisAccess:
         return (await self.status()).following_error
 
     async def state(self) -> PlcOpenState:
-        """The PLCopen state."""
+        """Return the PLCopen state."""
         return (await self.status()).state
 
     async def error(self) -> AxisError | None:
@@ -189,7 +190,7 @@ class AxisAccess:
         return failure_of(str(self), await self.status())
 
     async def override(self) -> float:
-        """The velocity override, %."""
+        """Return the velocity override, %."""
         service = named((CYCLIC,), "velocity_override")
         data = await self.request(service, lambda nc, at: nc.read_raw(*at, service.layout.size))
         return int(service.layout.decode(data)) / FULL_OVERRIDE
@@ -275,7 +276,8 @@ class AxisAccess:
         mode: SendWhen = "change",
         depth: int = 10_000,
     ) -> Subscription:
-        """A subscription to states by name, as `Target.subscribe`: outlives lost connections."""
+        """Return a subscription to states by name, as `Target.subscribe`: outlives lost
+        connections."""
         wanted = [names] if isinstance(names, str) else list(names)
         if not wanted:
             raise ValueError("a subscription has at least one state")

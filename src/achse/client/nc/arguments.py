@@ -13,7 +13,7 @@ _LONGEST = 1e9
 
 
 def real(name: str, value: SupportsFloat | SupportsIndex) -> float:
-    """A finite number. ValueError if it is not one."""
+    """Return a finite number. ValueError if it is not one."""
     try:
         number = float(value) if not isinstance(value, str | bytes) else None
     except (TypeError, ValueError, OverflowError):
@@ -24,7 +24,7 @@ def real(name: str, value: SupportsFloat | SupportsIndex) -> float:
 
 
 def seconds(name: str, value: float | None) -> float | None:
-    """A time limit of 0 s or more, None for none. ValueError if it is not one."""
+    """Return a time limit of 0 s or more, None for none. ValueError if it is not one."""
     if value is None or value == float("inf"):
         return None
     number = real(name, value)
@@ -46,7 +46,7 @@ _BUFFER_MODES = {mode.name.lower().replace("_", " "): mode for mode in BufferMod
 
 
 def buffer_mode(value: BufferMode | str) -> BufferMode:
-    """A buffer mode, or one by its name: `"buffered"`, `"blending low"`. ValueError."""
+    """Return a buffer mode, or one by its name: `"buffered"`, `"blending low"`. ValueError."""
     if isinstance(value, BufferMode):
         return value
     words = value.strip().lower().replace("_", " ") if isinstance(value, str) else value

@@ -423,7 +423,7 @@ class RemoteAxis(AxisCouplings):
         mode: BufferMode,
         borders: tuple[float, float, float] = (0.0, 0.0, 0.0),
     ) -> int:
-        """The number of the accepted command."""
+        """Return the number of the accepted command."""
         numbers = [
             real(name, value)
             for name, value in zip(_NUMBERS, (position, velocity, *dynamics, *borders), strict=True)

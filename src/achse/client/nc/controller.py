@@ -28,7 +28,8 @@ class RemoteNc:
         return f"RemoteNc({self.target.address})"
 
     def axis(self, which: str | int) -> RemoteAxis:
-        """The axis of that name (case does not count) or id; it is looked for when first used.
+        """Return the axis of that name (case does not count) or id; it is looked for when first
+        used.
 
         Raises ValueError for what cannot be either.
         """
@@ -43,14 +44,14 @@ class RemoteNc:
         return RemoteAxis(self.target, which, find)
 
     async def ids(self) -> list[int]:
-        """The ids of all axes."""
+        """Return the ids of all axes."""
         row = named((RING0_STATES,), AXIS_IDS)
         data = await self.target.read_raw(row.group, row.offset, MAX_AXES * _ID_BYTES)
         ids = (data[place : place + _ID_BYTES] for place in range(0, len(data), _ID_BYTES))
         return [number for id in ids if (number := int.from_bytes(id, "little"))]
 
     async def axes(self) -> list[RemoteAxis]:
-        """All axes, by id, with their names."""
+        """Return all axes, by id, with their names."""
 
         async def never() -> tuple[int, str]:
             raise AssertionError("an axis by id is not looked for")
@@ -58,11 +59,12 @@ class RemoteNc:
         return [RemoteAxis(self.target, id, never, name) for id, name in await self._names()]
 
     def table(self, table_id: int) -> RemoteTable:
-        """The table with that id, there already or not. Raises ValueError for ids that none has."""
+        """Return the table with that id, there already or not. Raises ValueError for ids that none
+        has."""
         return RemoteTable(self.target, table_id)
 
     async def tables(self) -> list[RemoteTable]:
-        """All tables that there are, by id."""
+        """Return all tables that there are, by id."""
         data = await self.target.read_raw(RING0_STATES, _TABLE_IDS, MOST_TABLES * _ID_BYTES)
         ids = (data[place : place + _ID_BYTES] for place in range(0, len(data), _ID_BYTES))
         return [self.table(number) for id in ids if (number := int.from_bytes(id, "little"))]

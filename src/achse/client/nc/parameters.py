@@ -65,11 +65,11 @@ class AxisValue:
         return self.read().__await__()
 
     async def read(self) -> Any:
-        """The value; a member of its enumeration where it has one. Raises AxisRefused."""
+        """Return the value; a member of its enumeration where it has one. Raises AxisRefused."""
         return self.decoded(await self._axis.request(self.service, self._request, self.element))
 
     async def _request(self, nc: "Target", place: tuple[int, int]) -> bytes:
-        """The bytes; an older NC knows the shorter layout of a structure only."""
+        """Return the bytes; an older NC knows the shorter layout of a structure only."""
         newest, *older = reversed(self.service.layouts)
         try:
             return await nc.read_raw(*place, newest.size)
@@ -79,7 +79,7 @@ class AxisValue:
         return await nc.read_raw(*place, older[0].size)
 
     def decoded(self, data: bytes) -> Any:
-        """The value that `data` is."""
+        """Return the value that `data` is."""
         layouts = self.service.layouts
         layout = next((each for each in layouts if each.size == len(data)), layouts[-1])
         value = layout.decode(data)
@@ -160,7 +160,7 @@ class AxisValues:
                 yield AxisValue(self._axis, service, self._element)
 
     async def read(self) -> dict[str, Any]:
-        """All of them by name, in sum commands; what this axis does not have is left out."""
+        """Return all of them by name, in sum commands; what this axis does not have is left out."""
         nc, axis_id = await self._axis.located()
         every = list(self)
         wanted = [

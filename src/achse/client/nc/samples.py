@@ -63,7 +63,7 @@ class StatusReader:
         return True
 
     async def read(self, axis_id: int) -> AxisStatus:
-        """The status now."""
+        """Return the status now."""
         place = self.service.place(axis_id)
         while True:
             try:
@@ -73,7 +73,7 @@ class StatusReader:
                     raise
 
     def status(self, data: bytes, time: float = 0.0, lost: int = 0) -> AxisStatus:
-        """The status in `data`."""
+        """Return the status in `data`."""
         layout = next((each for each in self._layouts if each.size == len(data)), self.layout)
         return AxisStatus.of(layout.decode(data), time, lost)
 
@@ -229,7 +229,7 @@ class AxisTrace(ClosedByBlock):
             await self.close()
 
     async def next(self) -> AxisStatus | None:
-        """The next sample, None after the end. Any error ends the trace."""
+        """Return the next sample, None after the end. Any error ends the trace."""
         if self._is_closed:
             return None
         try:

@@ -66,7 +66,7 @@ class NcLayout:
         return self._struct.size
 
     def encode(self, *values: Any) -> bytes:
-        """The bytes of a value, or of the values of a structure in their order.
+        """Return the bytes of a value, or of the values of a structure in their order.
 
         Raises ValueError for other numbers of values, and for values that do not fit.
         """
@@ -81,7 +81,7 @@ class NcLayout:
             raise ValueError(f"{self.text}: {error}, got {values!r:.80}") from None
 
     def decode(self, data: bytes) -> Any:
-        """The value in `data`; DecodeError if its length is another one."""
+        """Return the value in `data`; DecodeError if its length is another one."""
         if len(data) != self.size:
             raise DecodeError(f"{self.text:.60} has {self.size} bytes, got {len(data)}")
         values = self._struct.unpack(data)
@@ -148,13 +148,13 @@ class NcService:
         return self.group + axis_id, self.offset + (element << _ELEMENT_STEP)
 
     def unit_of(self, unit: str) -> str:
-        """The unit at an axis whose position unit is `unit`, empty if not known."""
+        """Return the unit at an axis whose position unit is `unit`, empty if not known."""
         return re.sub(r"\bmm\b", unit, self.unit) if unit else self.unit
 
 
 @cache
 def services() -> Mapping[int, Mapping[str, NcService]]:
-    """All services: by index group of axis 0, and by name."""
+    """Return all services: by index group of axis 0, and by name."""
     ids = named_rows(RING0_STATES)[AXIS_IDS]
     table = {RING0_STATES: {AXIS_IDS: _service(RING0_STATES, ids)}}
     for group in (PARAMETERS, STATES, FUNCTIONS, CYCLIC):
@@ -183,7 +183,7 @@ def _service(group: int, row: NcRow) -> NcService:
 
 
 def named(groups: Sequence[int], name: str) -> NcService:
-    """The service of that name in the first of these groups that has it.
+    """Return the service of that name in the first of these groups that has it.
 
     Spaces, dashes and case do not count. Raises UnknownService with what is near.
     """

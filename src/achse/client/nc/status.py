@@ -45,7 +45,7 @@ def plc_open_state(state_word: int) -> PlcOpenState:
 
 
 def flag_names(state_word: int) -> list[str]:
-    """The bits of StateDWord that are set, in words."""
+    """Return the bits of StateDWord that are set, in words."""
     return [bit.name.lower().replace("_", " ") for bit in StateBit if state_word & bit]
 
 
@@ -122,7 +122,7 @@ class AxisStatus:
         return self.html("axis", "")
 
     def html(self, name: str, unit: str) -> str:
-        """A table of it; `unit` is that of positions."""
+        """Return a table of it; `unit` is that of positions."""
         from achse.ams.errors import describe_code
         from achse.plot.markup import facts
 

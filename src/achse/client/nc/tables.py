@@ -110,7 +110,7 @@ class RemoteTable:
         return TableFacts(id, name, TableKind(kind), sub_type, rows, columns, users)
 
     async def slave_type(self) -> int:
-        """The slave type that follows such a table: 10 a cam, 13 a motion function."""
+        """Return the slave type that follows such a table: 10 a cam, 13 a motion function."""
         kind = await self._number(_PARAMETERS, _FACTS[2])
         return 13 if kind == TableKind.MOTION_FUNCTION else 10
 
@@ -135,7 +135,7 @@ class RemoteTable:
         await self.nc.write_raw(self._group(_FUNCTIONS), _INITIALISE, b"")
 
     async def read_rows(self) -> list[tuple[float, ...]]:
-        """All rows of a cam or a characteristic: place, value."""
+        """Return all rows of a cam or a characteristic: place, value."""
         facts = await self.facts()
         row = struct.Struct(f"<{facts.columns}d")
         data = b""
@@ -155,7 +155,7 @@ class RemoteTable:
             await self.nc.write_raw(self._group(_PARAMETERS), _ROWS + first + begin, data)
 
     async def read_points(self) -> list[FunctionPoint]:
-        """All points of a motion function."""
+        """Return all points of a motion function."""
         facts = await self.facts()
         data = b""
         for first in range(0, facts.rows, _PER_REQUEST):
@@ -202,7 +202,8 @@ class RemoteTable:
         return TableValues(*struct.unpack("<3d", data))
 
     async def demands(self, master_velocity: float = 1.0) -> tuple[float, ...]:
-        """The 31 characteristic values at a master velocity (002 §6.4.9), extremes and means."""
+        """Return the 31 characteristic values at a master velocity (002 §6.4.9), extremes and
+        means."""
         data = await self.nc.read_write_raw(
             self._group(_PARAMETERS),
             _CHARACTERISTIC,

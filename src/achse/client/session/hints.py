@@ -52,7 +52,7 @@ def hint_inside(type: IecType[Any], rest: str) -> str:
 
 
 def _record(type: IecType[Any]) -> StructType[Any] | None:
-    """The record that a step goes into, behind references."""
+    """Return the record that a step goes into, behind references."""
     real = resolved(type)
     while isinstance(real, ReferenceType):
         real = resolved(real.target)

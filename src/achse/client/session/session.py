@@ -51,7 +51,7 @@ class Backoff(NamedTuple):
     factor: float = 2.0
 
     def pauses(self) -> Iterator[float]:
-        """The pauses, without end."""
+        """Yield the pauses, without end."""
         pause = self.first
         while True:
             yield min(pause, self.limit)

@@ -57,7 +57,7 @@ class VariableLocation(NamedTuple):
     type: IecType[Any]
 
     def value(self, data: bytes) -> Any:
-        """The value that `data` is; `DecodeError` if it is none of the type."""
+        """Return the value that `data` is; `DecodeError` if it is none of the type."""
         try:
             return self.type.decode(data)
         except IecDecodeError as error:
@@ -310,7 +310,8 @@ class Subscription(ClosedByBlock):
         return self
 
     async def __anext__(self) -> Sample:
-        """The next sample, oldest first. Ends after `close`; raises if the target gave it up."""
+        """Return the next sample, oldest first. Ends after `close`; raises if the target gave it
+        up."""
         queue = self._queue
         while not queue:
             if self._error is not None:

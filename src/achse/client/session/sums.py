@@ -185,7 +185,7 @@ _SUMS: dict[type[Part], _Sum] = {
 
 
 def command_of(part: Part) -> Command:
-    """The ADS command that carries `part` alone."""
+    """Return the ADS command that carries `part` alone."""
     return _SUMS[type(part)].command
 
 
@@ -204,7 +204,7 @@ def unpack(parts: Sequence[Part], data: bytes) -> list[Outcome]:
 
 
 def outcome(frame: Frame) -> Outcome:
-    """The outcome in the response `frame` to a part sent alone.
+    """Return the outcome in the response `frame` to a part sent alone.
 
     Some old targets answer an error with the result only, whatever the command.
     """

@@ -85,13 +85,13 @@ class SymbolBook:
     # asking ----------------------------------------------------------------------------------
 
     def known(self, name: str) -> VariableLocation | None:
-        """The place of symbol `name`, if it has been asked for before."""
+        """Return the place of symbol `name`, if it has been asked for before."""
         if not isinstance(name, str):
             raise TypeError(f"the name of a symbol is text, got {name!r:.80}")
         return self._places.get(fold(name))
 
     async def place(self, name: str) -> VariableLocation:
-        """The place of symbol `name`: its handle in 0xF005, size and type.
+        """Return the place of symbol `name`: its handle in 0xF005, size and type.
 
         Raises `DeviceError` 0x710 if the device does not know it.
         """
@@ -109,7 +109,7 @@ class SymbolBook:
         return await asyncio.shield(wish.place)
 
     async def places(self, names: Sequence[str]) -> list[VariableLocation | AdsError]:
-        """The place of each, named as asked, or why there is none."""
+        """Return the place of each, named as asked, or why there is none."""
         locations = await asyncio.gather(*map(self.place, names), return_exceptions=True)
         places: list[VariableLocation | AdsError] = []
         for name, item in zip(names, locations, strict=True):
@@ -131,7 +131,7 @@ class SymbolBook:
         return places
 
     async def entries(self) -> list[SymbolEntry]:
-        """All symbols of the device, as it uploads them (0xF00B)."""
+        """Return all symbols of the device, as it uploads them (0xF00B)."""
         info = await self._upload_info()
         self._coding = info.coding
         table = b""
@@ -140,7 +140,8 @@ class SymbolBook:
         return _decoded(decode_symbols, table, info.coding)
 
     async def all_types(self) -> TypeTable:
-        """Every type of the device (0xF00E), or of one without that table those of its symbols."""
+        """Return every type of the device (0xF00E), or of one without that table those of its
+        symbols."""
         await self._upload_types()
         if not len(self._types):
             self._requested_types.clear()
@@ -148,7 +149,8 @@ class SymbolBook:
         return self._types
 
     async def method_handle(self, path: str) -> int:
-        """The handle of a method, like `MAIN.fbMotor#Start`; kept until it is out of date."""
+        """Return the handle of a method, like `MAIN.fbMotor#Start`; kept until it is out of
+        date."""
         key = fold(path)
         handle = self._methods.get(key)
         if handle is None:
@@ -307,7 +309,8 @@ class SymbolBook:
         return hint
 
     async def _listed_once(self) -> dict[str, SymbolEntry]:
-        """The symbols of the device; none if that takes long, is not offered, or is a lot."""
+        """Return the symbols of the device; none if that takes long, is not offered, or is a
+        lot."""
         if self._entries is not None:
             return self._entries
         if self._listing is None:
@@ -366,7 +369,7 @@ class SymbolBook:
     async def _listed(
         self, wishes: Sequence[_Wish], listed: Mapping[str, SymbolEntry]
     ) -> list[SymbolEntry | AdsError]:
-        """The symbols of a table, and parts of them by the types of the device."""
+        """Return the symbols of a table, and parts of them by the types of the device."""
         roots: dict[str, tuple[SymbolEntry, str]] = {}
         for wish in wishes:
             with contextlib.suppress(IecPathError):
@@ -385,7 +388,7 @@ class SymbolBook:
         return entries
 
     def _part(self, name: str, root: SymbolEntry, path: str) -> SymbolEntry:
-        """The entry of a part of a symbol. LookupError if there is none at a fixed place."""
+        """Return the entry of a part of a symbol. LookupError if there is none at a fixed place."""
         spot = follow(_decoded(self._types.symbol_type, root), parse_path(path))
         if spot.hops or spot.method is not None or spot.static is not None:
             raise LookupError(name)
@@ -432,7 +435,7 @@ class SymbolBook:
             missing = self._missing(parts)
 
     def _missing(self, texts: Iterable[str]) -> list[str]:
-        """The names in type texts that the device has not been asked about."""
+        """Return the names in type texts that the device has not been asked about."""
         names = {name for name in map(name_within, texts) if name is not None}
         return sorted(
             name for name in names if name not in self._requested_types and name not in self._types
@@ -484,7 +487,7 @@ def _decoded(read: Callable[P, T], *arguments: P.args, **options: P.kwargs) -> T
 
 
 def _loose_entry(data: bytes, coding: Coding) -> SymbolEntry | None:
-    """A symbol entry whose texts have no NUL behind them, as some test servers write it."""
+    """Return a symbol entry whose texts have no NUL behind them, as some test servers write it."""
     if len(data) < _HEAD.size:
         return None
     _, group, offset, size, adst, _, _, name, type_name, _ = _HEAD.unpack_from(data)

@@ -544,7 +544,7 @@ def _size_with_answer(request: Frame) -> int:
 
 
 def _with(frame: Frame, data: bytes) -> Frame:
-    """A copy of `frame` with other data."""
+    """Return a copy of `frame` with other data."""
     head = (frame.target, frame.source, frame.command, frame.flags, frame.error, frame.invoke_id)
     copy = Frame(*head, data)
     copy.origin = frame.origin

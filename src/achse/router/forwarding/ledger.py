@@ -42,7 +42,7 @@ class Resource(NamedTuple):
     handle: int
 
     def release(self, client: bytes, invoke_id: int) -> Frame:
-        """The request by which `client` gives it back."""
+        """Return the request by which `client` gives it back."""
         if self.kind is ResourceKind.SUBSCRIPTION:
             data = DeleteNotificationRequest(self.handle).encode()
             return Frame(self.target, client, Command.DELETE_NOTIFICATION, 4, 0, invoke_id, data)
@@ -91,7 +91,7 @@ class ResourceChange(NamedTuple):
         return any(each.kind is kind and each.handle is None for each in self.actions)
 
     def outcomes(self, answer: bytes) -> Iterator[tuple[ResourceAction, Resource]]:
-        """The actions that succeeded, each with its resource, by the data of the answer.
+        """Yield the actions that succeeded, each with its resource, by the data of the answer.
 
         A resource that the target does not know counts as released. Answers that do not fit the
         request have no outcomes.
@@ -109,7 +109,7 @@ class ResourceChange(NamedTuple):
                 yield action, Resource(action.kind, self.target, handle)
 
     def fetched(self, answer: bytes) -> Iterator[tuple[Resource, int]]:
-        """The resources that the target gave out, each with the position of its handle."""
+        """Yield the resources that the target gave out, each with the position of its handle."""
         for action, resource in self.outcomes(answer):
             if action.handle is None:
                 yield resource, self._place(action.part, answer)

@@ -73,7 +73,7 @@ class PendingRequest:
         """Bytes of the request and its answer."""
 
     def refuse(self, target: bytes, invoke_id: int, code: ReturnCode) -> Frame | None:
-        """The answer `code` to the client; None if it is disconnected."""
+        """Return the answer `code` to the client; None if it is disconnected."""
         session = self.session
         if session.is_disconnected:
             return None

@@ -155,5 +155,5 @@ def assemble(ground: Ground, permanent_devices: Sequence[Device] = ()) -> Parts:
 
 
 def idle(ground: Ground, devices: Sequence[Device], tick_ns: int) -> Parts:
-    """A station of nothing but `devices`: in CONFIG, or shut down."""
+    """Return a station of nothing but `devices`: in CONFIG, or shut down."""
     return Building(ground, devices).finish(tick_ns)

@@ -196,7 +196,8 @@ class Building:
         return math.gcd(*self._cycles.values()) or IDLE_TICK_NS
 
     def finish(self, tick_ns: int | None = None) -> Parts:
-        """All that was added; `tick_ns` is that of the cycles if not given. Raises ConfigError."""
+        """Return all that was added; `tick_ns` is that of the cycles if not given. Raises
+        ConfigError."""
         ground = self.ground
         tick_ns = tick_ns or self.tick_ns
         if tick_ns < _SHORTEST_TICK_NS:

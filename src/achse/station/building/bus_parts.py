@@ -15,7 +15,7 @@ from achse.station.configuration.terminal import TerminalConfig
 
 
 def terminals_on(config: StationConfig, bus: BusConfig) -> list[TerminalConfig]:
-    """The terminals of a bus; without a name they are on the first one."""
+    """Return the terminals of a bus; without a name they are on the first one."""
     first = bus.name == config.bus[0].name
     return [
         each for each in config.terminal if each.bus == bus.name or (each.bus is None and first)
@@ -25,7 +25,7 @@ def terminals_on(config: StationConfig, bus: BusConfig) -> list[TerminalConfig]:
 def make_bus(
     building: Building, plan: BusPlan, *, compiled: bool = False
 ) -> EthercatBus | InterfaceBus:
-    """The bus of a plan: in this process, or on its interface. Raises MachineError."""
+    """Return the bus of a plan: in this process, or on its interface. Raises MachineError."""
     if plan.bus.interface is None:
         return EthercatBus(plan, compiled=compiled)
     made = InterfaceBus(plan, plan.bus.interface)
@@ -46,7 +46,7 @@ def _has_clocks(plan: BusPlan) -> bool:
 
 
 def served_bus(number: int, bus: EthercatBus | InterfaceBus, net_id: NetId) -> ServedBus:
-    """A bus as ADS shows it; it follows when the bus gets another master."""
+    """Return a bus as ADS shows it; it follows when the bus gets another master."""
     served = ServedBus(number, bus.master, net_id)
     if isinstance(bus, InterfaceBus):
         served.way = bus

@@ -165,7 +165,7 @@ class _Parser:
         return self._kind is _Token.SIGN and self._word in words
 
     def _takes(self, *words: str) -> str:
-        """The sign that is next, if it is one of these; then it is taken."""
+        """Return the sign that is next, if it is one of these; then it is taken."""
         if self._is_sign(*words):
             return self._next()
         return ""

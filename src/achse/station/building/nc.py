@@ -155,7 +155,8 @@ def _from_file(table: TableConfig, key: str, base: Path) -> TableContent:
 
 
 def _rotary(values: Mapping[str, float]) -> dict[str, float]:
-    """The machine of a modulo axis, unless it is described: a turn, and a cam that is no longer."""
+    """Return the machine of a modulo axis, unless it is described: a turn, and a cam that is no
+    longer."""
     turn = values.get("encoder_modulo_factor", FIELDS["encoder_modulo_factor"].default)
     end = values.get("simulation_cam_end", MACHINE_PARAMETERS["simulation_cam_end"][1].default)
     cam = {"simulation_period": turn, "simulation_cam_begin": end - 0.05 * turn}
@@ -163,7 +164,7 @@ def _rotary(values: Mapping[str, float]) -> dict[str, float]:
 
 
 def drives_of(config: StationConfig) -> dict[int, DriveConfig]:
-    """The drive of each axis that has one, by axis id. Raises ConfigError."""
+    """Return the drive of each axis that has one, by axis id. Raises ConfigError."""
     drives: dict[int, DriveConfig] = {}
     buses = [bus.name for bus in config.bus]
     for number, drive in enumerate(config.drive, 1):
@@ -180,7 +181,7 @@ def drives_of(config: StationConfig) -> dict[int, DriveConfig]:
 
 
 def plant_axes_of(config: StationConfig) -> dict[int, FmuAxisConfig]:
-    """The table [[fmu.axis]] of each axis that has one, by axis id. Raises ConfigError."""
+    """Return the table [[fmu.axis]] of each axis that has one, by axis id. Raises ConfigError."""
     axes: dict[int, FmuAxisConfig] = {}
     drives = drives_of(config)
     for number, unit in enumerate(config.fmu, 1):

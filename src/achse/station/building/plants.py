@@ -275,7 +275,7 @@ class _Part:
         return lambda: link.value()
 
     def axes(self, cycle_s: float) -> list[PlantAxis]:
-        """The axes that the unit moves. Raises ConfigError."""
+        """Return the axes that the unit moves. Raises ConfigError."""
         nc = self._building.nc
         assert nc is not None
         ids = {

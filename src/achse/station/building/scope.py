@@ -116,7 +116,7 @@ class StationScope:
         combine: str,
         name: str,
     ) -> "StationScope":
-        """A scope that is offline; see `Station.scope`. Raises ScopeError."""
+        """Return a scope that is offline; see `Station.scope`. Raises ScopeError."""
         each = [channels] if isinstance(channels, str | ScopeChannel) else list(channels)
         definition = definition_of(
             {
@@ -172,7 +172,7 @@ class StationScope:
         self._scopes.trigger(self._scope)
 
     def data(self) -> ScopeData:
-        """A copy of what there is."""
+        """Return a copy of what there is."""
         return self._scope.recorder.data(self._device.epoch_of(self._scope))
 
     def _repr_html_(self) -> str:

@@ -155,7 +155,7 @@ def _join(
 
 
 def _plc(building: Building, key: str, terminal: TerminalConfig) -> PlcRuntime | None:
-    """The PLC of a terminal, None if nothing of it is linked."""
+    """Return the PLC of a terminal, None if nothing of it is linked."""
     if terminal.input_address is None and terminal.output_address is None:
         return None
     port = next(iter(building.plcs), 0) if terminal.plc is None else terminal.plc

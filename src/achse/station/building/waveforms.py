@@ -109,7 +109,7 @@ class _Table(NamedTuple):
 
 
 def read_csv(signal: CsvSignal, base: Path) -> Waveform:
-    """The values of a file. Raises CsvError."""
+    """Return the values of a file. Raises CsvError."""
     table = _table(base / signal.file)
     values = _column(table, signal.column, "column", len(table.rows[0]))
     if signal.period is not None:
@@ -179,7 +179,8 @@ def _is_number(text: str) -> bool:
 
 
 def _column(table: _Table, wanted: str | int | None, key: str, default: int) -> list[float]:
-    """The numbers of a column, by name or number; `default` is its number if none is wanted."""
+    """Return the numbers of a column, by name or number; `default` is its number if none is
+    wanted."""
     if isinstance(wanted, str):
         names = [name.casefold() for name in table.header]
         if wanted.casefold() not in names:

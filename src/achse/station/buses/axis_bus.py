@@ -201,7 +201,7 @@ _WHOLE_BYTE = 8
 
 
 def _entries(places: Mapping[tuple[int, int], BusPlace], first: int) -> list[ProcessEntry]:
-    """The entries of a slave whose data begin at byte `first` of the image."""
+    """Return the entries of a slave whose data begin at byte `first` of the image."""
     return [
         ProcessEntry(index, first + place.bit // _WHOLE_BYTE, place.bits // _WHOLE_BYTE)
         for (index, subindex), place in places.items()

@@ -20,12 +20,12 @@ _LOOP_BACK = "loop-back"
 
 @lru_cache(maxsize=8)
 def esi_devices(*places: Path) -> EsiFolder:
-    """The devices of files and folders, read once; raises `EsiError`."""
+    """Return the devices of files and folders, read once; raises `EsiError`."""
     return EsiFolder(places)
 
 
 def make_esi_terminal(config: TerminalConfig, folder: Path) -> VirtualDevice:
-    """The device of a [[terminal]] with `esi`; files are relative to `folder`. EsiError."""
+    """Return the device of a [[terminal]] with `esi`; files are relative to `folder`. EsiError."""
     assert config.esi is not None
     assert config.type is not None
     try:
@@ -37,7 +37,8 @@ def make_esi_terminal(config: TerminalConfig, folder: Path) -> VirtualDevice:
 
 
 def make_behaviour(text: str, beside: Path = Path()) -> SlaveBehaviour:
-    """A behaviour: `loop-back`, a .csv file of recorded inputs, FILE.py:CLASS; raises `EsiError`.
+    """Return a behaviour: `loop-back`, a .csv file of recorded inputs, FILE.py:CLASS; raises
+    `EsiError`.
 
     Files are relative to the folder `beside`.
     """
@@ -59,7 +60,7 @@ def make_behaviour(text: str, beside: Path = Path()) -> SlaveBehaviour:
 
 
 def _own(file: Path, class_name: str) -> SlaveBehaviour:
-    """A behaviour of the user's own."""
+    """Return a behaviour of the user's own."""
     spec = importlib.util.spec_from_file_location(f"achse_behaviour_{file.stem}", file)
     if spec is None or spec.loader is None or not file.is_file():
         raise EsiError(f"{file}: No such file")

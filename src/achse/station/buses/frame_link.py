@@ -60,7 +60,8 @@ class RoundTrips:
         return self.total_ns / self.count if self.count else 0.0
 
     def within_ns(self, share: float) -> int:
-        """The bound that such a share (0 to 1) of them did not exceed; the largest behind all."""
+        """Return the bound that such a share (0 to 1) of them did not exceed; the largest behind
+        all."""
         wanted, passed = share * self.count, 0
         bound: int
         for bound, count in zip(TRIP_BOUNDS_NS, self.classes, strict=False):

@@ -42,7 +42,8 @@ _SEARCH_PATIENCE_NS = 5_000_000
 
 
 def open_interface(interface: str) -> BusSocket:
-    """A raw socket on the interface, which no other master of achse has. Raises LinkError."""
+    """Return a raw socket on the interface, which no other master of achse has. Raises
+    LinkError."""
     return EthernetLink(interface, alone=True)
 
 
@@ -148,7 +149,7 @@ class InterfaceBus:
     # the cycle
 
     def _link_ns(self) -> int:
-        """The time that frames and slaves live by: the computer's, since this bus was made.
+        """Return the time that frames and slaves live by: the computer's, since this bus was made.
 
         A station that catches up does many cycles in a moment; a slave has not got more time then.
         """
@@ -200,7 +201,7 @@ class InterfaceBus:
                 log.info("%s: complete on %s", self.plan.bus.name, self._where)
 
     def _open(self) -> BusSocket:
-        """The interface, or both."""
+        """Return the interface, or both."""
         if not self.second_interface:
             return self._open_link(self.interface)
         return InterfacePair((self.interface, self.second_interface), self._open_link)

@@ -81,7 +81,7 @@ class BusPlan:
         self.own_mapping = any(drive.own_mapping for drive in drives)
 
     def in_process(self, known: Mapping[int, SlaveConfiguration]) -> BusConfiguration:
-        """The bus of virtual slaves, one for each slot; `known` describes them by place."""
+        """Return the bus of virtual slaves, one for each slot; `known` describes them by place."""
         along = sorted(self.slots, key=lambda slot: slot.place)
         slaves = tuple(self._configured(slot, known[slot.place]) for slot in along)
         return self._bus(slaves)
@@ -97,13 +97,14 @@ class BusPlan:
         )
 
     def expected(self) -> BusConfiguration:
-        """The bus as long as nothing is known of its slaves: virtual ones in their places."""
+        """Return the bus as long as nothing is known of its slaves: virtual ones in their
+        places."""
         return self.configuration_of([])[0]
 
     def configuration_of(
         self, slaves: Sequence[ScannedSlave]
     ) -> tuple[BusConfiguration, list[str]]:
-        """The bus of these slaves, and what is wrong with it.
+        """Return the bus of these slaves, and what is wrong with it.
 
         A slot without a slave that fits has what is expected there, so that such a slave may come.
         Other slaves are brought to Op too, without links.
@@ -159,7 +160,7 @@ class BusPlan:
 
 
 def _places(wanted: Sequence[tuple[str, int | None]]) -> list[int]:
-    """A place for each, 0 the first."""
+    """Return a place for each, 0 the first."""
     taken: dict[int, str] = {}
     for name, position in wanted:
         if position is not None:
@@ -175,7 +176,7 @@ def _at(place: int, slave: SlaveConfiguration) -> SlaveConfiguration:
 
 
 def _virtual(slot: BusSlot) -> SlaveConfiguration:
-    """The virtual slave of a slot."""
+    """Return the virtual slave of a slot."""
     if isinstance(slot.device, DriveConfig):
         (drive,) = make_drives([slot.device])
         return from_description(describe(drive))
@@ -183,14 +184,15 @@ def _virtual(slot: BusSlot) -> SlaveConfiguration:
 
 
 def described_terminal(terminal: TerminalDevice) -> SlaveConfiguration:
-    """A terminal as a master knows it."""
+    """Return a terminal as a master knows it."""
     if isinstance(terminal, VirtualDevice):
         return terminal.configuration
     return from_description(describe(terminal))
 
 
 def make_terminal(config: TerminalConfig, folder: Path = Path()) -> TerminalDevice:
-    """The virtual terminal that a table says; EsiError for a device of a file that cannot be."""
+    """Return the virtual terminal that a table says; EsiError for a device of a file that cannot
+    be."""
     if config.esi is not None:
         return make_esi_terminal(config, folder)
     made = DigitalTerminal if config.is_digital else AnalogTerminal
@@ -226,7 +228,8 @@ def _misfit(slot: BusSlot, slave: SlaveConfiguration) -> str:
 def slave_configuration(
     slave: SlaveConfiguration, bus: BusConfig, drive: DriveConfig, cycle_ns: int
 ) -> SlaveConfiguration:
-    """A slave as the drive of an axis: mapping, start commands, SYNC0, sync unit of its own."""
+    """Return a slave as the drive of an axis: mapping, start commands, SYNC0, sync unit of its
+    own."""
     if not drive.own_mapping:
         slave = slave.with_entries(
             [
@@ -247,7 +250,7 @@ def slave_configuration(
 
 
 def _inputs(drive: DriveConfig) -> list[int]:
-    """The default inputs that the drive has."""
+    """Return the default inputs that the drive has."""
     return [each for each in DEFAULT_INPUTS if drive.mode_display or each != MODE_DISPLAY.index]
 
 

@@ -63,7 +63,7 @@ class RedundantLink:
         return sent
 
     def receive(self, timeout_s: float) -> bytes | None:
-        """The next whole frame; None if none came within `timeout_s`, 0 looks only."""
+        """Return the next whole frame; None if none came within `timeout_s`, 0 looks only."""
         left = timeout_s
         end_ns = self.clock() + round(timeout_s * 1e9)
         while not self._whole:

@@ -22,7 +22,8 @@ _ENCODERS = {
 
 
 def make_drives(configs: Sequence[DriveConfig], bank: "Bank | None" = None) -> list[Drive]:
-    """A drive for each table, in the memory of `bank` if there is one. Raises MachineError."""
+    """Return a drive for each table, in the memory of `bank` if there is one. Raises
+    MachineError."""
     return [
         Drive(
             _machine(each),
@@ -51,7 +52,8 @@ def _machine(config: DriveConfig) -> Mechanics:
 
 
 def _switches(config: DriveConfig) -> Switches:
-    """The switches in increments; those at the ends change places where the motor is inverted."""
+    """Return the switches in increments; those at the ends change places where the motor is
+    inverted."""
     machine: DriveMachineConfig = config.machine
     sign = -1.0 if config.inverted else 1.0
 
@@ -88,14 +90,14 @@ def mapping_of(objects: Sequence[int], *, output: bool) -> list[int]:
 
 
 def digest_of(drive: Drive) -> bytes:
-    """The state of a drive, equal for both kernels."""
+    """Return the state of a drive, equal for both kernels."""
     record = drive.record
     values = [list(content) if length else content for content, length in _values(record)]
     return repr(values).encode() + bytes((drive.state,))
 
 
 def _values(record: DriveFields) -> Iterator[tuple[Any, int]]:
-    """All but what the compiled kernel keeps of the process data."""
+    """Yield all but what the compiled kernel keeps of the process data."""
     for name, slot in FIELDS.items():
         if name not in ExchangeFields.__annotations__:
             yield getattr(record, name), slot.length

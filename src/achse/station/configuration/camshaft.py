@@ -55,7 +55,7 @@ class CamConfig(ConfigTable):
     """Increments of the encoder; 0: none."""
 
     def values(self) -> dict[str, int]:
-        """The cam's parameters."""
+        """Return the cam's parameters."""
         known = {each.name for each in CAM_PARAMETERS} - {"type"}
         values = {name: int(getattr(self, name)) for name in known & set(type(self).model_fields)}
         return values | {
@@ -155,7 +155,7 @@ class CamshaftConfig(ConfigTable):
                 raise ValueError(f"cam.name: {name!r} is what the controller has already")
 
     def numbered(self) -> list[tuple[int, CamConfig]]:
-        """The cams with their numbers."""
+        """Return the cams with their numbers."""
         cams: list[tuple[int, CamConfig]] = []
         for cam in self.cam:
             last = cams[-1][0] if cams else 0

@@ -25,7 +25,7 @@ _LONG_KEY = re.compile(
 
 
 def parse_toml(text: str) -> dict[str, Any]:
-    """The document of a text. Raises ValueError."""
+    """Return the document of a text. Raises ValueError."""
     if _LONG_KEY.search(text):
         raise _too_deep()
     try:
@@ -37,7 +37,7 @@ def parse_toml(text: str) -> dict[str, Any]:
 
 
 def parse_json(text: str | bytes) -> Any:
-    """The document of a text. Raises ValueError."""
+    """Return the document of a text. Raises ValueError."""
     try:
         document = json.loads(text)
     except RecursionError:

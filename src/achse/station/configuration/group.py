@@ -53,7 +53,7 @@ class MFunctionConfig(ConfigTable):
     """Fast M functions whose bits go out."""
 
     def rule(self) -> MRule:
-        """The rule as the interpreter takes it."""
+        """Return the rule as the interpreter takes it."""
         return MRule(_WHEN[self.handshake], _WHEN[self.fast], self.auto_reset, tuple(self.clears))
 
 
@@ -78,7 +78,7 @@ class ChannelConfig(ConfigTable):
     pair belongs to the only channel."""
 
     def parameters(self, base: Path) -> ChannelParameters:
-        """The channel as the NC takes it. Raises GroupParametersError."""
+        """Return the channel as the NC takes it. Raises GroupParametersError."""
         store = ProgramStore(
             None if self.programs is None else base / self.programs,
             None if self.data is None else base / self.data,
@@ -125,7 +125,7 @@ class GroupConfig(ConfigTable):
     """Numbers of the kinematics by name, lengths in mm, angles in degrees."""
 
     def parameters(self, base: Path) -> GroupParameters:
-        """The group as the NC takes it. Raises GroupParametersError."""
+        """Return the group as the NC takes it. Raises GroupParametersError."""
         of_user = self.kinematics.endswith(".py")
         return GroupParameters(
             self.id,

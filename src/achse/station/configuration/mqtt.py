@@ -52,7 +52,7 @@ class MqttConfig(BrokerConfig):
         )
 
     def networks(self, base: Path) -> list[MqttSettings]:
-        """The networks; a file may have several. Raises ConfigError."""
+        """Return the networks; a file may have several. Raises ConfigError."""
         if self.file is None:
             return [self._settings(base)]
         path = base / self.file
@@ -71,7 +71,7 @@ class MqttConfig(BrokerConfig):
 
 
 def parse_mqtt_file(data: bytes, base: Path) -> list[MqttSettings]:
-    """The networks in the text of a file as a real target has it in its folder of routes.
+    """Return the networks in the text of a file as a real target has it in its folder of routes.
 
     Raises MqttError.
     """

@@ -88,7 +88,7 @@ class RouteConfig(ConfigTable):
         return self
 
     def route(self) -> Route:
-        """The entry of the router's table; raises RouteError."""
+        """Return the entry of the router's table; raises RouteError."""
         return Route(
             name=self.name,
             net_id=self.net_id,
@@ -122,7 +122,7 @@ class SerialConfig(ConfigTable):
         return self
 
     def serial_port(self) -> SerialPort:
-        """The port with its settings; raises SerialPortError."""
+        """Return the port with its settings; raises SerialPortError."""
         return SerialPort(self.port, self.baud, self.parity, self.stop_bits)
 
 

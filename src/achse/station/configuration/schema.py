@@ -31,7 +31,8 @@ _ELEMENTS = ("encoder_", "controller_", "drive_", "simulation_")
 
 
 def station_schema() -> dict[str, Any]:
-    """The schema of a whole station.toml: every key with type, range, default and meaning."""
+    """Return the schema of a whole station.toml: every key with type, range, default and
+    meaning."""
     return copy.deepcopy(_station_schema())
 
 
@@ -87,7 +88,7 @@ def _texts_of(module: str) -> dict[str, dict[str, str]]:
 
 
 def _models(model: type[BaseModel]) -> list[type[BaseModel]]:
-    """A model, and those that its keys name."""
+    """Return a model, and those that its keys name."""
     models = [model]
     waiting = [field.annotation for field in model.model_fields.values()]
     while waiting:
@@ -122,7 +123,7 @@ def _add_axis(axis: dict[str, Any]) -> None:
 
 
 def _parameter(name: str) -> dict[str, Any]:
-    """A parameter of an axis: a number in its range, or the word of a choice, or a flag."""
+    """Return a parameter of an axis: a number in its range, or the word of a choice, or a flag."""
     field = configurable(name)
     assert field is not None
     number: dict[str, Any] = {"type": "number"}

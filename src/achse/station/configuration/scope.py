@@ -35,7 +35,7 @@ class ScopeChannelConfig(ConfigTable):
     comment: str | None = None
 
     def document(self) -> dict[str, Any]:
-        """The channel as definitions have it."""
+        """Return the channel as definitions have it."""
         document: dict[str, Any] = {
             key: value
             for key in type(self).model_fields
@@ -70,7 +70,7 @@ class ScopeViewConfig(ConfigTable):
         return self
 
     def definition(self) -> ScopeDefinition:
-        """The definition; raises ScopeError."""
+        """Return the definition; raises ScopeError."""
         return definition_of(
             {
                 "name": self.name,

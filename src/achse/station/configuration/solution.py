@@ -91,7 +91,7 @@ def _document(path: Path) -> dict[str, Any]:
 
 
 def _of_folder(folder: Path) -> dict[str, Any]:
-    """The solution, project or sources of a folder; the highest ones count."""
+    """Return the solution, project or sources of a folder; the highest ones count."""
     below = files_below(folder)
     for content, what in ((Content.SYSTEM, "a .tsproj"), (Content.PROJECT, "a .plcproj")):
         files = [file for file in below if has_content(file, content) and file.is_file()]
@@ -237,7 +237,7 @@ def _of_solution(path: Path) -> dict[str, Any]:
 
 
 def _nc(folder: Path, files: _Files, project: Element) -> tuple[Path, Element] | None:
-    """The NC, and the folder that names of further files begin at."""
+    """Return the NC, and the folder that names of further files begin at."""
     motion = project.find("Motion")
     nc = (motion or project).find("NC")
     if nc is None:

@@ -249,7 +249,7 @@ def _inner(element: Element, path: str) -> Element | None:
 
 
 def _value(text: str, key: str) -> bool | float | None:
-    """A value of the parameter's type and range; None for another."""
+    """Return a value of the parameter's type and range; None for another."""
     text = text.strip().lower()
     if text in ("true", "false"):
         return text == "true"

@@ -101,7 +101,7 @@ class AxisConfig(BaseModel):
 
 
 def axis_keys() -> list[str]:
-    """The parameters that a table of an axis may have, beside the keys of `AxisConfig`."""
+    """Return the parameters that a table of an axis may have, beside the keys of `AxisConfig`."""
     return [name for name in {**FIELDS, **MACHINE_PARAMETERS} if configurable(name)]
 
 
@@ -158,7 +158,7 @@ class FaultConfig(BaseModel):
         return self
 
     def fault(self) -> StationFault:
-        """The fault; raises FaultError."""
+        """Return the fault; raises FaultError."""
         seconds = {
             name: value / 1e9
             for name in ("at", "lasting", "by")

@@ -151,7 +151,7 @@ def _kind_of(model: type[BaseModel]) -> str | None:
 
 
 def _models_in(annotation: Any) -> list[type[BaseModel]]:
-    """The models that a key's type names."""
+    """Return the models that a key's type names."""
     if parts := get_args(annotation):
         return [model for part in parts for model in _models_in(part)]
     is_model = isinstance(annotation, type) and issubclass(annotation, BaseModel)

@@ -188,7 +188,7 @@ def _read_snapshot(file: SnapshotFile, instead: Path) -> PersistentValues | None
 
 
 def _parsed(document: Any) -> dict[int, RetainedState]:
-    """The document of the file; raises what is wrong with it."""
+    """Return the document of the file; raises what is wrong with it."""
     return {
         int(axis_id): RetainedState(
             [number(zero) for zero in entry["zeros"]],

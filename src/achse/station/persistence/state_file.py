@@ -17,7 +17,7 @@ class StateFile:
         self._port = port
 
     def read(self) -> str | None:
-        """The text, None if there is no file. Raises OSError, UnicodeDecodeError."""
+        """Return the text, None if there is no file. Raises OSError, UnicodeDecodeError."""
         content = self._port.read(self.path)
         return None if content is None else content.decode("utf-8-sig")
 
@@ -37,7 +37,7 @@ class StateFile:
             raise
 
     def read_json(self) -> Any:
-        """The document, None if there is no file. Raises OSError, ValueError."""
+        """Return the document, None if there is no file. Raises OSError, ValueError."""
         text = self.read()
         if text is None:
             return None

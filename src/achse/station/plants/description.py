@@ -51,7 +51,7 @@ class UnitDescription:
     variables: dict[str, PlantVariable] = field(default_factory=dict)
 
     def variable(self, name: str) -> PlantVariable:
-        """The variable of that name. Raises PlantError."""
+        """Return the variable of that name. Raises PlantError."""
         try:
             return self.variables[name]
         except KeyError:
@@ -59,7 +59,7 @@ class UnitDescription:
             raise PlantError(f"expected a variable of the unit, got {name!r}{near}") from None
 
     def number(self, name: str, *causalities: str) -> PlantVariable:
-        """The number of that name with one of the causalities, if any are given. Raises
+        """Return the number of that name with one of the causalities, if any are given. Raises
         PlantError."""
         variable = self.variable(name)
         if not variable.is_number:

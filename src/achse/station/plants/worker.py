@@ -167,7 +167,7 @@ class UnitRunner:
                 self._slave.doStep(begin, size)
 
     def outputs(self) -> list[float]:
-        """The values of the outputs. Raises ValueError for one that is not finite."""
+        """Return the values of the outputs. Raises ValueError for one that is not finite."""
         values = [read() for read in self._outputs]
         for number, value in enumerate(values):
             if not math.isfinite(value):
@@ -175,7 +175,7 @@ class UnitRunner:
         return values
 
     def failure_text(self, failure: BaseException) -> str:
-        """A sentence about a failure, with what the unit said of it."""
+        """Return a sentence about a failure, with what the unit said of it."""
         return ": ".join((str(failure) or type(failure).__name__, *self.lines))
 
 

@@ -52,7 +52,7 @@ class AxisVariable(NamedTuple):
 
 
 def _form(type: StructType[Any]) -> AxisStructure:
-    """The layout of an NCTOPLC structure, by where its first position is.
+    """Return the layout of an NCTOPLC structure, by where its first position is.
 
     A structure with gaps that is neither is taken by its length.
     """
@@ -71,7 +71,8 @@ def _direction(type: IecType[Any]) -> str | None:
 
 
 def axis_variables(variables: Iterable[PlacedVariable]) -> list[AxisVariable]:
-    """The structures of axes among the variables of a PLC that are `AT %I` or `AT %Q`, by place."""
+    """Return the structures of axes among the variables of a PLC that are `AT %I` or `AT %Q`, by
+    place."""
     linked = []
     for each in placed_structures(variables, lambda type: bool(_direction(type)), _is_axis_ref):
         to_plc = _direction(each.type) == _TO_PLC
@@ -267,7 +268,7 @@ def link_axes(
     axes: Sequence[AxisConfig],
     mapped: "Mapping[int, Sequence[AxisMapping]] | None" = None,
 ) -> Mapping[int, AxisLinks]:
-    """The links of each PLC, by its port.
+    """Return the links of each PLC, by its port.
 
     `plc` of an axis names its variables. Of the other axes those are linked that the solution of a
     PLC maps (`mapped`, by port); then an AXIS_REF belongs to the axis of its name, and where the

@@ -57,7 +57,8 @@ def _is_of_channel(type: StructType[Any]) -> bool:
 
 
 def channel_variables(variables: Iterable[PlacedVariable]) -> list[ChannelVariable]:
-    """The structures of channels among the variables of a PLC that are `AT %I` or `AT %Q`."""
+    """Return the structures of channels among the variables of a PLC that are `AT %I` or `AT
+    %Q`."""
     return [
         ChannelVariable(
             *(each.name, each.owner, each.area, each.offset, each.type.size),
@@ -200,7 +201,7 @@ def link_channels(
     channels: Sequence[ChannelConfig],
     mapped: "Mapping[int, Sequence[ChannelMapping]] | None" = None,
 ) -> Mapping[int, ChannelLinks]:
-    """The links of each PLC, by its port.
+    """Return the links of each PLC, by its port.
 
     `plc` of a channel names its variables. Other channels get the links of the PLC's solution
     (`mapped`, by port). Where the station has one channel, the only pair of

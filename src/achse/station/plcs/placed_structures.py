@@ -49,7 +49,7 @@ def placed_structures(
     is_wanted: _TypeTest,
     is_owner: _TypeTest = lambda type: False,
 ) -> list[PlacedStructure]:
-    """The wanted structures among the variables that are at an address, by place.
+    """Return the wanted structures among the variables that are at an address, by place.
 
     They may be in other structures and in arrays; the innermost around them that `is_owner` says
     yes to is their owner.

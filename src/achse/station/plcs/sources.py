@@ -81,7 +81,7 @@ class PlcSource:
         self.base = base
 
     def make(self) -> PlcRuntime:
-        """The PLC as declared, in RUN."""
+        """Return the PLC as declared, in RUN."""
         config = self.config
         declared, tasks, globals, programs = self._read()
         called = [program for of_task in programs.values() for program in of_task]
@@ -248,7 +248,7 @@ class PlcSource:
         return {name: str(file.resolve()) for file, name in files}
 
     def stamps(self) -> Mapping[Path, tuple[int, int]]:
-        """The files that the declarations come from, with their time of change and size."""
+        """Return the files that the declarations come from, with their time of change and size."""
         from achse.st.files.forms import form_of
 
         config = self.config
@@ -388,7 +388,7 @@ class PlcSource:
     def _python(
         self, name: str, kind: type[T], key: str, modules: dict[str, ModuleType]
     ) -> type[T]:
-        """The class that `module:Class` or `file.py:Class` names."""
+        """Return the class that `module:Class` or `file.py:Class` names."""
         source, _, attribute = name.rpartition(":")
         if not source or not attribute:
             raise ConfigError(f"{key}: expected module:Class or file.py:Class, got {name!r}")
@@ -427,7 +427,8 @@ def _in_words(failure: BaseException) -> str:
 
 
 def _tasks(configured: Sequence[TaskConfig], declared: _Declared) -> list[FileTask]:
-    """The tasks of station.toml, else those of the declarations, else one for all programs."""
+    """Return the tasks of station.toml, else those of the declarations, else one for all
+    programs."""
     if configured:
         return [
             FileTask(task.name, task.cycle, task.priority, tuple(task.programs))

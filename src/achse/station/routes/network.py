@@ -42,7 +42,8 @@ _NAMES_KNOWN_WITHIN = 2.0
 
 
 def host_system() -> OsVersion:
-    """The operating system below us; of those that have a number a Unix is nearest to BSD."""
+    """Return the operating system below us; of those that have a number a Unix is nearest to
+    BSD."""
     release = platform.release().partition("-")[0].split(".")
     major, minor, build, *_ = (
         int(part) if part.isdecimal() else 0 for part in (*release, "", "", "")
@@ -52,7 +53,7 @@ def host_system() -> OsVersion:
 
 
 def _users(config: NetworkConfig) -> Users:
-    """The users of a station, and what the routes may that they add."""
+    """Return the users of a station, and what the routes may that they add."""
     rights = {name: rights_named(each) for name, each in config.router.user_rights.items()}
     return Users(config.router.users, rights)
 
@@ -218,7 +219,8 @@ class Network:
             network.start()
 
     def _brokers(self, note: RouterNote) -> "tuple[MqttRoutes, ...]":
-        """The routes of [[mqtt]], without which their module is not loaded. Raises MqttError."""
+        """Return the routes of [[mqtt]], without which their module is not loaded. Raises
+        MqttError."""
         if not self._config.mqtt:
             return ()
         from achse.transport.mqtt.routes import MqttRoutes
@@ -237,7 +239,7 @@ class Network:
         )
 
     def _made_bridges(self) -> "tuple[SymbolTopics, ...]":
-        """The bridges of [[bridge]], without which no client is loaded. Raises MqttError."""
+        """Return the bridges of [[bridge]], without which no client is loaded. Raises MqttError."""
         if not self._config.bridge:
             return ()
         from achse.station.routes.symbol_topics import SymbolTopics

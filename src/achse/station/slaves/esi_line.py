@@ -56,7 +56,7 @@ class EsiLine:
 
 
 def _chosen(spec: str, folder: EsiFolder) -> list[tuple[EsiDevice, tuple[str, ...]]]:
-    """The devices of a spec, with the modules in their slots."""
+    """Return the devices of a spec, with the modules in their slots."""
     if spec.lower().endswith(".xml"):
         devices = esi_devices(Path(spec))
         names = list(dict.fromkeys(each.type_name for each in devices.types))

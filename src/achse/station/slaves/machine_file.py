@@ -22,7 +22,7 @@ class MachineFileError(ValueError):
 
 
 def read_machines(file: Path, kinds: list[str]) -> list[Mechanics]:
-    """The machine of each drive; `kinds` are theirs where the file says none.
+    """Return the machine of each drive; `kinds` are theirs where the file says none.
 
     Raises MachineFileError; OSError if the file cannot be read.
     """
@@ -33,7 +33,7 @@ def read_machines(file: Path, kinds: list[str]) -> list[Mechanics]:
 
 
 def machines_of(document: Mapping[str, Any], kinds: list[str]) -> list[Mechanics]:
-    """The same of a document that is read already. Raises ValueError."""
+    """Return the same of a document that is read already. Raises ValueError."""
     common = {key: value for key, value in document.items() if key != "drive"}
     single = document.get("drive", [])
     if not isinstance(single, list) or not all(isinstance(each, dict) for each in single):
@@ -61,7 +61,7 @@ def _type(value: object, key: str) -> str:
 
 
 def _changed(record: R, table: Mapping[str, Any], key: str) -> R:
-    """A copy of a dataclass with what a table says."""
+    """Return a copy of a dataclass with what a table says."""
     assert is_dataclass(record)
     assert not isinstance(record, type)
     hints = get_type_hints(type(record))

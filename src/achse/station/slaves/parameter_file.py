@@ -41,7 +41,8 @@ class ParameterFile:
             ) from None
 
     def of(self, drive: int) -> MutableMapping[int, Number]:
-        """The store of a drive, by index << 8 | subindex; what it is updated with is written."""
+        """Return the store of a drive, by index << 8 | subindex; what it is updated with is
+        written."""
         return _Store(self, self._drives.setdefault(str(drive), {}))
 
     def write(self) -> None:

@@ -139,7 +139,7 @@ def _sign(value: float) -> float:
 
 
 def _part(draws: Draws) -> float:
-    """A part of a limit: all of it, or less by decades."""
+    """Return a part of a limit: all of it, or less by decades."""
     return 1.0 if chance(draws, 0.5) else decades(draws, -1.5, 0.0)
 
 

@@ -240,7 +240,7 @@ def _acts(
 
 
 def _cycle(draws: Stream) -> int:
-    """A multiple of the cycles of tasks and NC: others are rounded up to one."""
+    """Return a multiple of the cycles of tasks and NC: others are rounded up to one."""
     return draws.choice((20, 20, 40, 100, 1000)) * 1_000_000
 
 

@@ -367,7 +367,7 @@ class Peer(PeerWriter):
         return self._forwarding
 
     def _forward(self, frame: Frame) -> Frame | None:
-        """The frame to send for a request of another client; None if it does not go.
+        """Return the frame to send for a request of another client; None if it does not go.
 
         A request for a port of ours cannot circle: the server behind this connection registered it.
         """

@@ -73,7 +73,7 @@ class RepeatedReads:
         self._noted: dict[bytes, _Way | None] = {}
 
     def answer(self, data: bytes, source: bytes) -> tuple[bytes, int]:
-        """The answers to the requests that `data` begins with, and how many bytes these are.
+        """Return the answers to the requests that `data` begins with, and how many bytes these are.
 
         Requests count that `source` has sent before; the rest is for others to take apart.
         """

@@ -32,7 +32,7 @@ class SenderRights:
         self.limited.pop(source, None)
 
     def missing(self, frame: Frame) -> Right:
-        """The rights that the sender of a request needs and does not have."""
+        """Return the rights that the sender of a request needs and does not have."""
         if frame.is_response or frame.command == Command.NOTIFICATION:
             return NO_RIGHTS
         return needed_rights(frame) & ~self.limited.get(frame.source, ALL_RIGHTS)

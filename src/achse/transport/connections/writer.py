@@ -73,8 +73,8 @@ class PeerWriter(ABC):
             self.write(packet)
 
     def room_for_notifications(self) -> int:
-        """Bytes of notifications that may be `put` in one go, as they would be one by one; 0 while
-        they are kept back."""
+        """Return bytes of notifications that may be `put` in one go, as they would be one by one; 0
+        while they are kept back."""
         transport = self._transport
         if (
             transport is None

@@ -267,7 +267,7 @@ def mqtt_session() -> Session:
                 self._disconnected.exception()  # we know: asyncio needs not tell
 
         def waiting(self) -> Iterator[Any]:
-            """The messages that have come meanwhile, without a turn of the loop for each."""
+            """Yield the messages that have come meanwhile, without a turn of the loop for each."""
             while not self._queue.empty():
                 yield self._queue.get_nowait()
 

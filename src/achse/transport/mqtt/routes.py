@@ -37,7 +37,7 @@ class _Partner(Peer):
         self.peer = f"{net_id} by {owner.network.settings}"
 
     def _admission(self, net_id: bytes) -> Admission:
-        """The broker says who may be in the network; its partners are routes.
+        """Return the broker says who may be in the network; its partners are routes.
 
         The other side of a route by Secure ADS does not come so: nothing here shows who it is.
         """

@@ -118,7 +118,7 @@ class SecureChannel(asyncio.Protocol):
     # hooks of the ends ----------------------------------------------------------------------
 
     def _raw(self, data: bytes) -> bytes:
-        """Bytes of the wire to plain ones."""
+        """Return bytes of the wire to plain ones."""
         assert self._tls is not None
         return self._tls.receive(data)
 

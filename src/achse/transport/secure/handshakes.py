@@ -89,7 +89,7 @@ class Handshakes:
         return rest
 
     def put(self, handshake: ShakingClient, data: bytes) -> int:
-        """Bytes came from it: its turn is now, or it waits; how many of its bytes do."""
+        """Return bytes came from it: its turn is now, or it waits; how many of its bytes do."""
         mine = self._under_way.get(handshake.host, {})
         if handshake not in mine:
             return 0

@@ -61,7 +61,8 @@ class OwnCertificate:
 
     @classmethod
     def made(cls, folder: Path, name: str) -> "OwnCertificate":
-        """The one in `folder`, which is made if it is not there: RSA 2048, self-signed, CN `name`.
+        """Return the one in `folder`, which is made if it is not there: RSA 2048, self-signed, CN
+        `name`.
 
         Only its owner may read the key. Raises CertificateError, OSError.
         """
@@ -122,7 +123,7 @@ def _write(path: Path, data: bytes, mode: int) -> None:
 
 
 def names_of(certificate: bytes) -> frozenset[str]:
-    """Names and addresses that a certificate (DER) is for: its CN and alternative names.
+    """Return names and addresses that a certificate (DER) is for: its CN and alternative names.
 
     Those that cannot be read are left out.
     """

@@ -60,7 +60,7 @@ class Tls(Protocol):
         ...
 
     def receive(self, data: bytes) -> bytes:
-        """The plain bytes that `data` completes. Raises TlsError."""
+        """Return the plain bytes that `data` completes. Raises TlsError."""
         ...
 
     def send(self, data: bytes) -> None:
@@ -238,7 +238,7 @@ def _first_reason(fault: Exception) -> str:
 
 
 def offered_suites(data: bytes) -> frozenset[int] | None:
-    """The suites that a client's first bytes offer; None if they are not whole yet.
+    """Return the suites that a client's first bytes offer; None if they are not whole yet.
 
     Raises TlsError if they are not the beginning of TLS.
     """
@@ -321,7 +321,7 @@ class ServerTls:
         log.info("new certificates: the fingerprint is %s", fresh.fingerprint)
 
     def accept(self, hello: bytes) -> Tls | None:
-        """The engine for a client with these first bytes (which it has not got yet).
+        """Return the engine for a client with these first bytes (which it has not got yet).
 
         None as long as they are too few to tell. Raises TlsError.
         """
@@ -340,7 +340,7 @@ class ServerTls:
 
 
 def _certificate_context(identity: OwnCertificate, ca: Path | None) -> Any:
-    """A context of pyOpenSSL that lets any client certificate through."""
+    """Return a context of pyOpenSSL that lets any client certificate through."""
     from OpenSSL import SSL
 
     context = SSL.Context(SSL.TLS_SERVER_METHOD)
@@ -439,7 +439,7 @@ class ClientTls:
     psk: tuple[str, bytes] | None = None
 
     def start(self) -> Tls:
-        """A new connection's engine, its hello in `outgoing`. Raises TlsError."""
+        """Return a new connection's engine, its hello in `outgoing`. Raises TlsError."""
         if self.psk is not None:
             _need_psk(self.psk)
             context = ssl.SSLContext(ssl.PROTOCOL_TLS_CLIENT)

@@ -200,7 +200,7 @@ class SerialCarrier:
             self._scheduler.call_soon(lambda: self._pass(answer))
 
     def _failure_of(self, frame: Frame) -> Frame | None:
-        """The answer 0x745 to a request; None for what wants none."""
+        """Return the answer 0x745 to a request; None for what wants none."""
         if frame.is_response or frame.command == Command.NOTIFICATION:
             return None
         if frame.flags & Flags.NO_RESPONSE:
@@ -211,7 +211,7 @@ class SerialCarrier:
         return frame.reply(error=ReturnCode.CLIENT_TIMEOUT.number)
 
     def _parts(self, frame: Frame) -> Iterator[Frame]:
-        """A notification in several frames, its samples in order."""
+        """Yield a notification in several frames, its samples in order."""
         try:
             stream = NotificationStream.decode(frame.data)
         except DecodeError:

@@ -22,7 +22,7 @@ _SOONEST = 1.0
 
 
 def addresses_of(name: str) -> Sequence[str]:
-    """The addresses that a host name has now; none if it is unknown. Waits."""
+    """Return the addresses that a host name has now; none if it is unknown. Waits."""
     try:
         entries = socket.getaddrinfo(name, None, type=socket.SOCK_STREAM)
     except (OSError, UnicodeError):

@@ -157,7 +157,7 @@ class Uplink:
         return True
 
     def way_for_known(self, client: Peer) -> Peer | None:
-        """The far end of the connection if any request of `client` may go there now."""
+        """Return the far end of the connection if any request of `client` may go there now."""
         far = self._connection
         if far is None or self.route.max_fragment or client is far or far.congested:
             return None
@@ -223,7 +223,7 @@ class Uplink:
     # owner of the peer -------------------------------------------------------------------------
 
     def serves_ports(self, host: str) -> bool:
-        """A remote router registers no ports here."""
+        """Return a remote router registers no ports here."""
         return False
 
     def opened(self, peer: Peer) -> None:
@@ -300,7 +300,7 @@ class _Queue:
         self._uplink.send_budget.count(self, self.buffered_bytes)
 
     def take(self) -> deque[Frame]:
-        """All of them; none waits any more."""
+        """Return all of them; none waits any more."""
         frames, self.frames, self.buffered_bytes = self.frames, deque(), 0
         self._uplink.send_budget.count(self, 0)
         return frames

@@ -61,7 +61,7 @@ class _Uplink(Protocol):
     """The way along a route."""
 
     def way_for_known(self, client: "Peer") -> "Peer | None":
-        """The far end of its connection if any request of `client` may go there now."""
+        """Return the far end of its connection if any request of `client` may go there now."""
         ...
 
     last_request: float
