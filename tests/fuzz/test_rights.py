@@ -296,7 +296,7 @@ ROADS = ("plain", "secure", "dialled", "mqtt")
 
 @given(st.integers(0, 2**32), st.sampled_from(ROADS))
 @settings(max_examples=5, phases=(Phase.generate,))
-def test_rights_hold_for_every_row_by_every_road(seed: int, transport: str) -> None:
+def test_rights_hold_for_every_row_by_every_transport(seed: int, transport: str) -> None:
     by = random.Random(seed)
     transports = Transports()
     transports.use(transport)
