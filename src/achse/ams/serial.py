@@ -152,7 +152,7 @@ class SerialEnd:
         self._next(now)
 
     def give_up(self) -> None:
-        """The line is gone: what is not acknowledged goes to `undelivered`."""
+        """Note that the line is gone: what is not acknowledged goes to `undelivered`."""
         if self._waiting is not None:
             self.undelivered.append(self._waiting.data)
         self.undelivered += self._queue
@@ -166,7 +166,8 @@ class SerialEnd:
         return None if self._waiting is None else self._waiting.data
 
     def confirm(self, now: float) -> None:
-        """The packet that waits has arrived, as its answer shows: its acknowledge was lost."""
+        """Note that the packet that waits has arrived, as its answer shows: its acknowledge was
+        lost."""
         if self._waiting is not None:
             self._acknowledged(self._waiting.fragment, now)
 

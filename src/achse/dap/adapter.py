@@ -148,7 +148,7 @@ class Adapter:
             await self._after.pop(0)()
 
     async def close(self) -> None:
-        """The editor is gone: what it stopped goes on, what it launched ends."""
+        """Note that the editor is gone: what it stopped goes on, what it launched ends."""
         self.is_over = True
         if self._logs is not None:
             logging.getLogger("achse").removeHandler(self._logs)

@@ -156,7 +156,7 @@ class StationService(Device):
         self._attached[client, port] = self.request_way
 
     def _detach(self, client: bytes, port: int) -> None:
-        """A client is gone: what it stopped goes on."""
+        """Note that a client is gone: what it stopped goes on."""
         del self._attached[client, port]
         plc = self._station.plcs.get(port)
         if plc is not None:

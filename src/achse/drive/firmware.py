@@ -69,5 +69,5 @@ class Firmware:
             self.write_count += 1
 
     def abandon(self) -> None:
-        """The drive is switched off: what is not programmed is lost."""
+        """Note that the drive is switched off: what is not programmed is lost."""
         self._new = b""

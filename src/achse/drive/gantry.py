@@ -27,7 +27,7 @@ _READY = 1 << 13
 
 
 def yaw(d: DriveFields, dt: float) -> None:
-    """One cycle of the yaw axis, where there is a link to the other drive, and its state bits.
+    """Run one cycle of the yaw axis, where there is a link to the other drive, and its state bits.
 
     Commands of 3057h act when written: regulation brings yaw to 0 and is done from then on;
     deactivation forgets it.

@@ -35,7 +35,7 @@ def cycles(drives: Sequence[DriveFields], dt: float, count: int) -> None:
 
 
 def cycle(d: DriveFields, dt: float) -> None:
-    """One cycle of one drive."""
+    """Run one cycle of one drive."""
     read_inputs(d)
     watch_motor(d, dt)
     _power(d)

@@ -42,7 +42,7 @@ def torque_limits(d: DriveFields) -> tuple[float, float]:
 
 
 def move(d: DriveFields, dt: float) -> None:
-    """One drive cycle from the set point before to the one of now."""
+    """Run one drive cycle from the set point before to the one of now."""
     if dt != d.step_time:
         prepare(d, dt)
     control = d.control

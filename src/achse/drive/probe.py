@@ -36,7 +36,7 @@ def index_crossed(d: DriveFields) -> float:
 
 
 def latch(d: DriveFields) -> None:
-    """One cycle of touch probe 1: levels, edges, status 60B9h and values."""
+    """Run one cycle of touch probe 1: levels, edges, status 60B9h and values."""
     function = d.probe_function
     status = d.probe_status
     if not function & _ENABLE or d.mode_display == HM:

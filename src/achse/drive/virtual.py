@@ -99,7 +99,7 @@ class VirtualDrive(Drive):
         self.control(0)
 
     def reset_fault(self) -> None:
-        """One rising edge of bit 7; `DriveTimeout` if the fault stays."""
+        """Run one rising edge of bit 7; `DriveTimeout` if the fault stays."""
         self.control(0)
         self.control(_FAULT_RESET)
         self.control(0)

@@ -288,13 +288,13 @@ class DistributedClock:
         return event is not None and event <= self.system_time(self.time.now_ns)
 
     def sync0_seen(self) -> None:
-        """The device has seen SYNC0 events up to now."""
+        """Note that the device has seen SYNC0 events up to now."""
         if self._next_sync0 is not None and self.cycle_ns:
             self._next_sync0 = self._after(self._next_sync0, self.cycle_ns)
             self._move()
 
     def sync1_seen(self) -> None:
-        """The device has seen SYNC1 events up to now."""
+        """Note that the device has seen SYNC1 events up to now."""
         if self._next_sync1 is not None:
             self._next_sync1 = self._after(self._next_sync1, self._sync1_period)
 

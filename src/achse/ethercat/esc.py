@@ -459,7 +459,7 @@ class Esc:
         return request
 
     def acknowledge(self, event: AlEvent) -> None:
-        """The device has seen an event."""
+        """Note that the device has seen an event."""
         self.al_events &= ~event
 
     def _raise_event(self, event: int) -> None:
@@ -474,7 +474,7 @@ class Esc:
             self.irq_changed()
 
     def _events_read(self, first: int, end: int) -> None:
-        """The master read what has changed: the event is over."""
+        """Note that the master read what has changed: the event is over."""
         if first <= Register.AL_STATUS < end:
             self.events &= ~_EVENT_AL_STATUS
         if first <= Register.DL_STATUS < end:

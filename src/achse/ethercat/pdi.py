@@ -39,19 +39,19 @@ class Pdi(Protocol):
         ...
 
     def sync_manager_changed(self, number: int) -> None:
-        """The registers of a SyncManager were written."""
+        """Note that the registers of a SyncManager were written."""
         ...
 
     def written(self, number: int, data: bytes) -> None:
-        """The master completed a buffer or message."""
+        """Note that the master completed a buffer or message."""
         ...
 
     def taken(self, number: int) -> None:
-        """The master read a message."""
+        """Note that the master read a message."""
         ...
 
     def looked_at(self, number: int) -> None:
-        """The master is about to read the status of a SyncManager."""
+        """Note that the master is about to read the status of a SyncManager."""
         ...
 
     def timing_changed(self) -> None:
@@ -59,7 +59,7 @@ class Pdi(Protocol):
         ...
 
     def reset(self) -> None:
-        """The master reset the slave controller."""
+        """Note that the master reset the slave controller."""
         ...
 
 

@@ -374,7 +374,7 @@ class Slave:
     # mailbox and registers (Pdi)
 
     def written(self, number: int, data: bytes) -> None:
-        """The master completed a message or outputs (`Pdi`)."""
+        """Note that the master completed a message or outputs (`Pdi`)."""
         sync_manager = self.esc.sync_managers[number]
         if sync_manager.sink is not None:
             sync_manager.sink(data)
@@ -384,7 +384,7 @@ class Slave:
             self._serve()
 
     def taken(self, number: int) -> None:
-        """The master read a message: the next takes its place (`Pdi`)."""
+        """Note that the master read a message: the next takes its place (`Pdi`)."""
         if number == self._mailbox_in:
             self._serve()
 
@@ -425,7 +425,7 @@ class Slave:
                 mailbox.send(*message)
 
     def sync_manager_changed(self, number: int) -> None:
-        """The registers of a SyncManager were written (`Pdi`)."""
+        """Note that the registers of a SyncManager were written (`Pdi`)."""
         if self._hung:
             return
         self.esc.acknowledge(AlEvent.SYNC_MANAGERS)
@@ -449,7 +449,8 @@ class Slave:
         self._plan_steps()
 
     def reset(self) -> None:
-        """The master reset the slave controller (`Pdi`): as after switching power off and on."""
+        """Note that the master reset the slave controller (`Pdi`): as after switching power off and
+        on."""
         if self.state is not AlState.INIT:
             self.application.enter(AlState.INIT, 0, AlStatus.RESTARTED)
         self.state = AlState.INIT

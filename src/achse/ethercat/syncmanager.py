@@ -165,7 +165,7 @@ class SyncManager:
         self.events = _WRITE_EVENT
 
     def release(self) -> None:
-        """The application has read the message; the master may write the next."""
+        """Note that the application has read the message; the master may write the next."""
         self.full = False
         self.events = _READ_EVENT
 

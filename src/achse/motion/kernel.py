@@ -295,7 +295,7 @@ FAST = tuple(stage.fast for stage in STAGES if stage.fast is not None)
 
 
 def cycle(ax: AxisFields, rows: NcRows, dt: float) -> None:
-    """One cycle of one axis."""
+    """Run one cycle of one axis."""
     ax.set_cycle_counter += 1
     if ax.resting and _asleep(ax, rows):
         return
@@ -316,7 +316,7 @@ def cycle(ax: AxisFields, rows: NcRows, dt: float) -> None:
 
 
 def follow(encoder: EncoderFields, dt: float) -> None:
-    """One cycle of an encoder that its axis does not work with; it looks at the same motor."""
+    """Run one cycle of an encoder that its axis does not work with; it looks at the same motor."""
     ax = encoder.axis
     if encoder.adapt:
         adapt_encoder(ax, encoder, dt)
@@ -330,7 +330,7 @@ def follow(encoder: EncoderFields, dt: float) -> None:
 
 
 def _follow_others(ax: AxisFields, rows: NcRows, dt: float) -> None:
-    """One cycle of the encoders that the axis has besides."""
+    """Run one cycle of the encoders that the axis has besides."""
     for i in range(ax.first_encoder, ax.first_encoder + ax.encoder_count):
         encoder = rows.encoders[i]
         if encoder.in_use == 0:

@@ -428,7 +428,7 @@ class Nc:
         return axis.parts()[kind][number]
 
     def cycle(self, count: int = 1) -> None:
-        """One SAF cycle of all axes, or several."""
+        """Run one SAF cycle of all axes, or several."""
         leading = self._has_groups and (self.groups.busy or self.channels.running)
         if self._around is None and not leading:
             self.cycle_count += count

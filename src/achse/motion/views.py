@@ -30,7 +30,7 @@ class View:
     _record: Any
 
     def changed(self, field: Field) -> None:
-        """A field has got another value."""
+        """Note that a field has got another value."""
 
     @classmethod
     def after_change(cls, field: Field) -> str:

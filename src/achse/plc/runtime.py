@@ -231,7 +231,7 @@ class PlcRuntime:
         self.end_cycle(task, failed)
 
     def end_cycle(self, task: Task, failure: Exception | None) -> None:
-        """A cycle has ended, by itself or by what it raised."""
+        """Note that a cycle has ended, by itself or by what it raised."""
         if failure is not None:
             self._fail(f"task {task.name} stopped in cycle {task.cycle_count}", failure)
         if self.bodies is not None:
@@ -289,7 +289,7 @@ class PlcRuntime:
         return self.debugger is not None and self.debugger.stop is not None
 
     def resume_cycle(self, task: Task) -> None:
-        """A halted cycle is about to resume."""
+        """Note that a halted cycle is about to resume."""
         self._running = task
 
     def _abandon(self) -> None:

@@ -189,7 +189,7 @@ class Router:
         return any(uses is not None and uses(way) for uses in self._way_listeners.values())
 
     def close_way(self, way: Endpoint) -> None:
-        """A connection has ended: what clients made over it ends with it.
+        """Note that a connection has ended: what clients made over it ends with it.
 
         The next one from the same address may be another client's.
         """

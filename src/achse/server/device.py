@@ -412,7 +412,7 @@ class Device:
     # clients ---------------------------------------------------------------------------------
 
     def symbols_changed(self) -> None:
-        """The symbol table is another one: handles answer 0x711, their subscriptions end.
+        """Note that the symbol table is another one: handles answer 0x711, their subscriptions end.
 
         For a download call `end_clients` as well; an online change leaves the others alive.
         """

@@ -185,7 +185,7 @@ class Station:
         return self.clock.epoch_ns
 
     def step(self) -> None:
-        """One tick of `tick_ns`: every phase that is due, in order."""
+        """Run one tick of `tick_ns`: every phase that is due, in order."""
         self.cycle.step()
 
     # parts

@@ -113,7 +113,7 @@ class Client:
             self.vanish()
 
     def lost(self) -> None:
-        """The connection has ended: what was under way is not answered."""
+        """Note that the connection has ended: what was under way is not answered."""
         self._link = self._page = None
         self._handles.clear()
         self._subscribed.clear()

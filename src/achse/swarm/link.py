@@ -134,7 +134,7 @@ class FarEnd(Protocol):
         """Take bytes that arrived."""
 
     def lost(self) -> None:
-        """The connection has ended."""
+        """Note that the connection has ended."""
 
 
 class NetworkLink:

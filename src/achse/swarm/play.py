@@ -225,7 +225,7 @@ class _Player:
             self._saved.attempts.append(value)
 
     def _cut(self, after: int) -> None:
-        """The power fails so many bytes after a save has begun."""
+        """Note that the power fails so many bytes after a save has begun."""
         value = self.life.saved()
         self._disk.cut_after = after
         try:

@@ -351,7 +351,7 @@ class WorldRouter:
             self.process.scheduler.move_to(life)
 
     def station_ended(self) -> None:
-        """The station has ended; routers that are connected to it notice."""
+        """Note that the station has ended; routers that are connected to it notice."""
         if self.process is not None and isinstance(self.beyond, StationPlace):
             self.process.station_ended()
 
@@ -391,7 +391,7 @@ class WorldRouter:
             self.process = None
 
     def link_changed(self) -> None:
-        """Its connection to the target has come or gone: subscriptions miss samples."""
+        """Note that its connection to the target has come or gone: subscriptions miss samples."""
         self._samples_ns = max(self._samples_ns, self.now_ns() + _RESTORED_NS)
 
     # what excuses ---------------------------------------------------------------------------------

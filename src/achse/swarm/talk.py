@@ -138,7 +138,7 @@ class ConnectionLedger:
             request.done(code, data[4:])
 
     def add(self, place: Place, subscription: Subscription, sent_ns: int) -> None:
-        """A subscription has begun, for which the client asked at `sent_ns`.
+        """Note that a subscription has begun, for which the client asked at `sent_ns`.
 
         If the client has asked since then to delete that handle, as it had it before a restart, the
         station may have deleted the new subscription.

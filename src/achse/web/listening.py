@@ -31,7 +31,8 @@ class BoundedHttp(H11Protocol):
     """Time since which the connection waits for a request, s; None while an answer is under way."""
 
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
-        """A connection came; of too many the one ends that has asked nothing for longest."""
+        """Note that a connection came; of too many the one ends that has asked nothing for
+        longest."""
         super().connection_made(transport)
         self.waits_since = self.loop.time()
         self._within(REQUEST_WITHIN)
@@ -63,7 +64,7 @@ class BoundedHttp(H11Protocol):
         self._within(REQUEST_WITHIN)
 
     def handle_websocket_upgrade(self, event: h11.Request) -> None:
-        """A page has come to stay."""
+        """Note that a page has come to stay."""
         self.waits_since = None
         self._end_timer()
         super().handle_websocket_upgrade(event)

@@ -132,7 +132,8 @@ class SharedSampling:
         await asyncio.shield(self._ready)
 
     def known(self, types: Sequence[ScopeType], step_ns: int, begin_ns: int) -> None:
-        """The source has started: types and sample time of the channels, and about when."""
+        """Note that the source has started: types and sample time of the channels, and about
+        when."""
         self._zero_ns(begin_ns)
         self.types, self.step_ns = tuple(types), step_ns
         if not self._ready.done():

@@ -87,7 +87,7 @@ class PageScope:
             self._send_queue.put_block(self.number, payload, width + 1, part.size, flags)
 
     def end(self, failure: Exception | None) -> None:
-        """The sampler has ended."""
+        """Note that the sampler has ended."""
         if failure is not None:
             self._send_queue.put_event(event="scope", scope=self.number, text=str(failure))
         self._send_queue.put_block(self.number, b"", 0, 0, BlockFlag.END)

@@ -136,7 +136,7 @@ class _Listing:
         return symbols
 
     def forget(self) -> None:
-        """The symbols are others now."""
+        """Note that the symbols are others now."""
         self._age = -1
 
     async def leaves(self) -> list[tuple[str, FoundSymbol]]:

@@ -64,11 +64,11 @@ class LinkUser(Protocol):
     """The session behind a link."""
 
     def received(self, frame: Frame) -> None:
-        """A frame came."""
+        """Note that a frame came."""
         ...
 
     def lost(self, link: "ClientLink", reason: str) -> None:
-        """The link ended without our asking."""
+        """Note that the link ended without our asking."""
         ...
 
     def buffer_changed(self, link: "ClientLink", full: bool) -> None:

@@ -87,7 +87,8 @@ class Renewable(Protocol):
         ...
 
     def symbols_changed(self) -> None:
-        """The target's symbols are others now (online change, download); must not wait."""
+        """Note that the target's symbols are others now (online change, download); must not
+        wait."""
         ...
 
     async def leave(self) -> None:
@@ -238,7 +239,7 @@ class Session:
     # the link's side -------------------------------------------------------------------------
 
     def received(self, frame: Frame) -> None:
-        """A frame came from the link."""
+        """Note that a frame came from the link."""
         if frame.command == Command.NOTIFICATION:
             # Some targets send it as a response (state flags 0x0005); it has no other meaning.
             self._distribute(frame)
@@ -252,7 +253,7 @@ class Session:
             log.info("dropping this and further unexpected frames: %s", frame)
 
     def lost(self, link: ClientLink, reason: str) -> None:
-        """The link ended: fail what is under way, dial again."""
+        """Note that the link ended: fail what is under way, dial again."""
         if link is not self._link or self._closed:
             return
         log.info("connection to %s lost: %s", self.dialer.peer, reason)

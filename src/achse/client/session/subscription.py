@@ -111,7 +111,7 @@ class _Channel:
         self.place = place
 
     def feed(self, filetime: int, data: bytes) -> None:
-        """A sample came."""
+        """Note that a sample came."""
         self._subscription.push(self.place, filetime, data)
 
 
@@ -188,7 +188,7 @@ class Subscription(ClosedByBlock):
             await self._target.send_each(parts)
 
     async def leave(self) -> None:
-        """The session closes: as `close`."""
+        """Note that the session closes: as `close`."""
         await self.close()
 
     async def _arm(self) -> None:

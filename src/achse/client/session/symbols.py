@@ -196,7 +196,7 @@ class SymbolBook:
         return self._device.address
 
     def interrupt(self) -> None:
-        """The link is gone, and our handles with it."""
+        """Note that the link is gone, and our handles with it."""
         self.clear()
 
     def renew(self) -> None:

@@ -121,7 +121,7 @@ class ServedBus:
     _renewals: list[Callable[[], None]] = field(default_factory=list, repr=False)
 
     def renew(self, master: Master) -> None:
-        """The bus was searched again: it has another master, with other slaves."""
+        """Note that the bus was searched again: it has another master, with other slaves."""
         self.master = master
         for renewed in self._renewals:
             renewed()

@@ -322,7 +322,7 @@ class BusSlaveDevice(Device):
         return client.ljust(8, b"\0") + number.to_bytes(4, "little") + text.encode() + b"\0"
 
     def end_client(self, client: bytes) -> None:
-        """A client is gone; its last error with it."""
+        """Note that a client is gone; its last error with it."""
         self._errors.pop(client, None)
         self._files.end_client(client)
         super().end_client(client)

@@ -105,7 +105,7 @@ class SlaveFiles:
         )
 
     def end_client(self, client: bytes) -> None:
-        """A client is gone: its files are closed, and what was not written is dropped."""
+        """Note that a client is gone: its files are closed, and what was not written is dropped."""
         for handle in [number for number, each in self._files.items() if each.client == client]:
             del self._files[handle]
 

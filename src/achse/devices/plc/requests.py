@@ -143,7 +143,7 @@ class PlcRequests:
         self.indications.forget()
 
     def receive(self, frame: Frame) -> None:
-        """An answer came; it waits for the next cycle. An unexpected one is dropped."""
+        """Note that an answer came; it waits for the next cycle. An unexpected one is dropped."""
         entry = self._open.get(frame.invoke_id)
         if entry is None or entry.data is not None or entry.error:
             return

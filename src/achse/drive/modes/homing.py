@@ -154,7 +154,7 @@ def _reach_switch(d: DriveFields, direction: int) -> None:
 
 
 def command(d: DriveFields, dt: float) -> None:
-    """One cycle of the procedure; bit 4 keeps it going, halt interrupts it."""
+    """Run one cycle of the procedure; bit 4 keeps it going, halt interrupts it."""
     hold_position(d)
     if d.homing_running and not d.controlword & _START:
         abandon(d)

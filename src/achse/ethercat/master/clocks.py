@@ -89,7 +89,7 @@ class ClockWatch:
         return False if before >= _READINGS else None
 
     def forget(self, position: int) -> None:
-        """The slave is gone, or set up again."""
+        """Note that the slave is gone, or set up again."""
         self._beyond.pop(position, None)
 
 

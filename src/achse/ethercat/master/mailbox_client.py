@@ -73,7 +73,7 @@ class MailboxClient:
         self._listeners[protocol] = listener
 
     def reset(self) -> None:
-        """The slave left Init: its counters begin again."""
+        """Note that the slave left Init: its counters begin again."""
         self._counter = self._last_received = 0
 
     @property

@@ -22,7 +22,7 @@ class Ring:
         self.rounds = rounds
 
     def exchange(self, now_ns: int) -> None:
-        """One cycle: outputs go out, inputs are there afterwards."""
+        """Run one cycle: outputs go out, inputs are there afterwards."""
         master, process = self.master, self.segment.process
         self.segment.advance(now_ns)
         frames = master.transmit(now_ns)

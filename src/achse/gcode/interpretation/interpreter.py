@@ -290,7 +290,8 @@ class Interpreter:
             self.state = RunState.SINGLE_STOP
 
     def _text_end(self) -> None:
-        """The text is over: back to a caller, from the default program to the main one, or end."""
+        """Note that the text is over: back to a caller, from the default program to the main one,
+        or end."""
         flow = self.flow
         if flow.leave():
             return

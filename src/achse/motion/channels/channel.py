@@ -58,7 +58,7 @@ class NcChannel:
         return next(filter(None, [group.stop() for group in self.groups]), OK)
 
     def step(self) -> None:
-        """One cycle, before the groups have theirs."""
+        """Run one cycle, before the groups have theirs."""
 
     @property
     def running(self) -> bool:

@@ -321,7 +321,7 @@ class Feeder:
         group.dynamic_override = settings.dynamic_override
 
     def finish(self) -> None:
-        """The program is over: what it set is as it was before."""
+        """Note that the program is over: what it set is as it was before."""
         self._use(self._base)
         self._marks.clear()
         self._entries.clear()

@@ -313,7 +313,7 @@ class ProgramChannel(ProgramStates):
     # cycle
 
     def step(self) -> None:
-        """One cycle, before the groups have theirs."""
+        """Run one cycle, before the groups have theirs."""
         if self.state not in ACTIVE_STATES:
             if self._comes_to_rest and self._rests:
                 self.end_wait()

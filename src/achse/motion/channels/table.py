@@ -76,7 +76,7 @@ class Channels:
         return False
 
     def step(self) -> None:
-        """One cycle of all channels that run a program; before the groups have theirs."""
+        """Run one cycle of all channels that run a program; before the groups have theirs."""
         for channel in self._programs:
             if channel.running:
                 channel.step()

@@ -280,7 +280,7 @@ def _special(ax: AxisFields, error: float, full: float, dt: float) -> float:
 
 
 def _silence(ax: AxisFields) -> None:
-    """The loop is open: no output."""
+    """Note that the loop is open: no output."""
     controller = ax.controller
     controller.output = 0.0
     ax.drive.output = 0.0

@@ -39,7 +39,7 @@ def _moves(ax: AxisFields, rows: NcRows) -> int:
 
 
 def step(ax: AxisFields, rows: NcRows, dt: float) -> None:
-    """One cycle of the law."""
+    """Run one cycle of the law."""
     moves = _moves(ax, rows)
     first = ax.coupling.parameters[0]
     second = ax.coupling.parameters[1]

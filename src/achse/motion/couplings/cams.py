@@ -421,7 +421,7 @@ def show_cams(ax: AxisFields, rows: NcRows) -> None:
 
 
 def step(ax: AxisFields, rows: NcRows, dt: float) -> None:
-    """One cycle: all cams added up."""
+    """Run one cycle: all cams added up."""
     if ax.camming.changes:
         carry_out(ax, rows, dt)
     s = ax.coupling.slave_base

@@ -36,12 +36,12 @@ def base(ax: AxisFields, rows: NcRows) -> None:
 
 
 def step(ax: AxisFields, rows: NcRows, dt: float) -> None:
-    """One cycle of the law."""
+    """Run one cycle of the law."""
     turn(ax, rows, 1.0, dt)
 
 
 def turn(ax: AxisFields, rows: NcRows, weight: float, dt: float) -> None:
-    """One cycle by the ratio times `weight`, way of the slave for a way of its master."""
+    """Run one cycle by the ratio times `weight`, way of the slave for a way of its master."""
     goal = ax.operation_mode_value
     if goal == 0.0:
         goal = ax.gear_ratio_1

@@ -29,7 +29,7 @@ def base(ax: AxisFields, rows: NcRows) -> None:
 
 
 def step(ax: AxisFields, rows: NcRows, dt: float) -> None:
-    """One cycle of the law."""
+    """Run one cycle of the law."""
     ax.set.position = ax.coupling.slave_base + ax.coupling.gear * (
         leading_position(ax, rows, 0) - ax.coupling.master_bases[0]
     )

@@ -123,7 +123,7 @@ def _swing(ax: AxisFields, goal: float, dt: float) -> int:
 
 
 def step(ax: AxisFields, rows: NcRows, dt: float) -> None:
-    """One cycle of the law."""
+    """Run one cycle of the law."""
     apply_ratios(ax)
     way = 0.0
     goal = 0.0

@@ -36,7 +36,7 @@ def base(ax: AxisFields, rows: NcRows) -> None:
 
 
 def step(ax: AxisFields, rows: NcRows, dt: float) -> None:
-    """One cycle of the law."""
+    """Run one cycle of the law."""
     radius = _radius(ax, rows)
     turn(ax, rows, ax.coupling.gear_weight if radius == 0.0 else DEGREES / radius, dt)
     if radius == 0.0:

@@ -246,7 +246,7 @@ def law_of(number: int) -> Coupling | None:
 
 
 def couple(ax: AxisFields, rows: NcRows, dt: float) -> None:
-    """One cycle of an axis that follows others or has followers."""
+    """Run one cycle of an axis that follows others or has followers."""
     if ax.coupling.law:
         _follow(ax, rows, dt)
     if ax.followers:

@@ -8,6 +8,6 @@ from achse.motion.record import AxisFields
 
 
 def step(ax: AxisFields, dt: float) -> None:
-    """One cycle: nothing to do; without a coupling the axis rests."""
+    """Run one cycle: nothing to do; without a coupling the axis rests."""
     if ax.coupling.law == 0:
         ax.set_motion_phase = MotionPhase.NONE

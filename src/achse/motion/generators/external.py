@@ -99,7 +99,7 @@ def _apply(ax: AxisFields, way: float, dt: float) -> None:
 
 
 def step(ax: AxisFields, dt: float) -> None:
-    """One cycle while the external generator is active."""
+    """Run one cycle while the external generator is active."""
     way = ax.external_set.position - ax.external.position
     if not _is_over(ax):
         fault = _fault(ax, way, dt)

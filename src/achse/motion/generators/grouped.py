@@ -35,7 +35,7 @@ def _fault(ax: AxisFields, way: float, dt: float) -> int:
 
 
 def step(ax: AxisFields, dt: float) -> None:
-    """One cycle led by the group."""
+    """Run one cycle led by the group."""
     fault = _fault(ax, ax.group_set_point.position - ax.set.position, dt)
     if fault:
         ax.limits.recheck = 1

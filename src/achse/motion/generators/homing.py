@@ -124,7 +124,7 @@ def _by_drive(ax: AxisFields) -> None:
 
 
 def step(ax: AxisFields, dt: float) -> None:
-    """One cycle: what the sequence wants now, moved like any move."""
+    """Run one cycle: what the sequence wants now, moved like any move."""
     if ax.homed_by_drive and ax.drive.on_bus:
         _by_drive(ax)
         return

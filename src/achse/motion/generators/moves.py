@@ -12,7 +12,7 @@ from achse.motion.setpoints.superposition import generate_superposed
 
 
 def step(ax: AxisFields, dt: float) -> None:
-    """One cycle along the table."""
+    """Run one cycle along the table."""
     if ax.compensating:
         generate_superposed(ax, dt)
     else:

@@ -26,7 +26,8 @@ def position_in_turn(ax: AxisFields) -> None:
 
 
 def step(ax: AxisFields, dt: float) -> None:
-    """One cycle of the pause at a target, then to the other one; a command that waits is let in."""
+    """Run one cycle of the pause at a target, then to the other one; a command that waits is let
+    in."""
     ax.sequence.time += dt
     if ax.buffer.count > 0:
         ax.set_motion_phase = MotionPhase.NONE

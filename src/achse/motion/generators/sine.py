@@ -52,7 +52,7 @@ def _ease(ax: AxisFields, dt: float) -> float:
 
 
 def step(ax: AxisFields, dt: float) -> None:
-    """One cycle of base and measuring oscillation, each integrated over it."""
+    """Run one cycle of base and measuring oscillation, each integrated over it."""
     ax.profile.abrupt = 1
     if ax.sequence.time >= ax.sequence.duration - 0.5 * dt:
         ax.sequence.time = 0.0

@@ -39,7 +39,7 @@ def end(ax: AxisFields) -> None:
 
 
 def step(ax: AxisFields, dt: float) -> None:
-    """One cycle in torque mode: the set torque runs along its ramp, or comes from outside."""
+    """Run one cycle in torque mode: the set torque runs along its ramp, or comes from outside."""
     before = ax.set_torque
     if ax.set_motion_phase == MotionPhase.TORQUE:
         torque = ax.torque.target

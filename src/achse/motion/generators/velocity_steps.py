@@ -15,7 +15,7 @@ _STAGES = 4
 
 
 def step(ax: AxisFields, dt: float) -> None:
-    """One cycle of a velocity or a pause."""
+    """Run one cycle of a velocity or a pause."""
     ax.profile.abrupt = 1
     stage = ax.sequence.stage
     pausing = stage % 2 == 1

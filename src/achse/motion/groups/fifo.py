@@ -160,7 +160,7 @@ class FifoGroup(AxisGroup):
         self._first = 0
 
     def step(self, dt: float) -> None:
-        """One cycle: advance by one cycle of the time between two rows."""
+        """Run one cycle: advance by one cycle of the time between two rows."""
         if self._has_lost_axis():
             self.stopping = True
         if self.stopping and self._pace == 0.0:

@@ -145,7 +145,7 @@ class AxisGroup(ABC):
 
     @abstractmethod
     def step(self, dt: float) -> None:
-        """One cycle, while it moves; before the axes have theirs."""
+        """Run one cycle, while it moves; before the axes have theirs."""
 
     @abstractmethod
     def stop(self) -> int:

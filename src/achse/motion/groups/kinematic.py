@@ -184,7 +184,7 @@ class KinematicGroup(AxisGroup):
         return OK
 
     def step(self, dt: float) -> None:
-        """One cycle: what follows is where the leading axes were in the last cycle."""
+        """Run one cycle: what follows is where the leading axes were in the last cycle."""
         if self._has_lost_axis():
             self._fail(self.error_code or NcError.GROUP_CONSEQUENTIAL_ERROR)
             return
@@ -236,7 +236,7 @@ class KinematicGroup(AxisGroup):
             return False
 
     def _fail(self, code: int) -> None:
-        """The common motion is over: everything that moves brakes by itself."""
+        """Note that the common motion is over: everything that moves brakes by itself."""
         if not self.error_code:
             self.error_code = code
         for axis in self.members:

@@ -116,7 +116,7 @@ class PathGroup(PathGroupParameters):
         return OK
 
     def assigned(self) -> None:
-        """The path of the axes that were there before is over."""
+        """Note that the path of the axes that were there before is over."""
         self.planner = None
 
     @property
@@ -264,7 +264,7 @@ class PathGroup(PathGroupParameters):
         self._end_motion()
 
     def step(self, dt: float) -> None:
-        """One cycle along the path."""
+        """Run one cycle along the path."""
         planner = self.planner
         if planner is None:
             self._end_motion()

@@ -77,7 +77,7 @@ class Groups:
         return any(group.wants_to_move for group in self._kinematic) if self._kinematic else False
 
     def step(self) -> None:
-        """One cycle of all groups that move; before the axes have theirs."""
+        """Run one cycle of all groups that move; before the axes have theirs."""
         for follower in self._kinematic:
             if follower.wants_to_move:
                 follower.begin()

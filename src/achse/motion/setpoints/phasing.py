@@ -11,7 +11,7 @@ from achse.motion.record import AxisFields
 
 
 def shift_phase(ax: AxisFields, dt: float) -> None:
-    """One cycle of the running profile; at its end the shift is exactly the target."""
+    """Run one cycle of the running profile; at its end the shift is exactly the target."""
     if not ax.phasing.active:
         ax.features &= ~Feature.PHASING
         return

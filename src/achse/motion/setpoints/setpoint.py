@@ -363,7 +363,7 @@ def _look_at_limits(ax: AxisFields) -> None:
 
 
 def generate(ax: AxisFields, dt: float) -> None:
-    """One cycle of the set-point generator."""
+    """Run one cycle of the set-point generator."""
     if ax.set_motion_phase == MotionPhase.NONE:
         if ax.buffer.count == 0 or not arrived(ax):
             return

@@ -93,7 +93,7 @@ def _cover(ax: AxisFields, way: float, room: float, dt: float) -> float:
 
 
 def generate_superposed(ax: AxisFields, dt: float) -> None:
-    """One cycle of the set-point generator with the compensation on top."""
+    """Run one cycle of the set-point generator with the compensation on top."""
     ax.set.velocity -= ax.superposed.set_velocity
     ax.set.acceleration -= ax.superposed.set_acceleration
     ax.superposed.set_acceleration = 0.0

@@ -275,8 +275,8 @@ class Table:
         return column(0, 1) + column(self.row_count - 1, self.row_count)
 
     def changed(self, low: int = 0, high: int = 0) -> None:
-        """Its rows from `low` to `high` are others now, or all. Of a function few rows are looked
-        at with their neighbours at once; what is none any more is seen by `checked`."""
+        """Note that its rows from `low` to `high` are others now, or all. Of a function few rows
+        are looked at with their neighbours at once; what is none any more is seen by `checked`."""
         self._elements = None
         if self._function is None or not 0 < high - low <= self.row_count // _FEW:
             self._function = None

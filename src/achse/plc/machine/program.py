@@ -64,8 +64,8 @@ class _LoadedPrograms:
         self._most = _MOST_UNSEARCHED
 
     def count(self, program: object) -> None:
-        """Another program is about to be loaded: search first if many more are there than are in
-        use, the young objects first, a tenth of the work."""
+        """Note that another program is about to be loaded: search first if many more are there than
+        are in use, the young objects first, a tenth of the work."""
         if len(self._there) >= self._most:
             gc.collect(1)
             if len(self._there) > self._most - _MOST_UNSEARCHED // 2:

@@ -92,11 +92,12 @@ class Services(Protocol):
     def blocks(self) -> Mapping[str, BlockBody]: ...
 
     def begin_cycle(self, plc: BuiltinContext) -> None:
-        """A cycle is about to begin: what came since the last one may be put into memory."""
+        """Note that a cycle is about to begin: what came since the last one may be put into
+        memory."""
         ...
 
     def end_cycle(self) -> None:
-        """A cycle has ended, with or without a fault."""
+        """Note that a cycle has ended, with or without a fault."""
         ...
 
     def forget(self) -> None:

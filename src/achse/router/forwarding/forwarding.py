@@ -341,7 +341,7 @@ class Forwarding:
             self._give_back(session)
 
     def _note_release(self, session: ForwardedClient, resource: Resource) -> None:
-        """A target has released what a client had, or does not know it."""
+        """Note that a target has released what a client had, or does not know it."""
         if resource.kind is ResourceKind.SYMBOL_HANDLE and self._journal is not None:
             self._journal.released(session.alias, resource.target, resource.handle)
 

@@ -49,7 +49,7 @@ class HandleMap:
             self._clients[known._replace(handle=handle)] = known.handle
 
     def forget(self, resource: Resource) -> None:
-        """The target has released a resource."""
+        """Note that the target has released a resource."""
         known = self._clients.pop(resource, None)
         if known is not None:
             self._targets.pop(resource._replace(handle=known), None)

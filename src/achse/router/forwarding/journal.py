@@ -99,7 +99,8 @@ class HandleJournal:
         self._add(JournalHandle(alias, device, handle))
 
     def released(self, alias: bytes, device: bytes, handle: int) -> None:
-        """A device has released a handle, or does not know it. Unknown is not an error."""
+        """Note that a device has released a handle, or does not know it. Unknown is not an
+        error."""
         self._remove(JournalHandle(alias, device, handle))
 
     def forget_client(self, alias: bytes, net_id: bytes) -> None:
@@ -239,7 +240,7 @@ class LinkJournal:
         self._journal.fetched(alias, device, handle)
 
     def released(self, alias: bytes, device: bytes, handle: int) -> None:
-        """A device has released a handle, or does not know it."""
+        """Note that a device has released a handle, or does not know it."""
         self._journal.released(alias, device, handle)
 
     def forget_client(self, alias: bytes) -> None:

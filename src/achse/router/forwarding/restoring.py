@@ -51,7 +51,7 @@ class LinkMemory:
         return any(each.client is client for each in self.sessions)
 
     def forget(self, client: Endpoint) -> None:
-        """A client has gone."""
+        """Note that a client has gone."""
         self.sessions = [each for each in self.sessions if each.client is not client]
 
     def keep(self, session: ForwardedClient) -> bool:

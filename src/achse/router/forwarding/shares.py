@@ -62,7 +62,7 @@ class HostShares:
         return share
 
     def leave(self, client: Endpoint) -> None:
-        """A connection has ended."""
+        """Note that a connection has ended."""
         host = getattr(client, "peer_host", "")
         share = self._by_host[host]
         share.resize(-1)

@@ -24,7 +24,7 @@ from achse.station.configuration.types import ConfigError
 
 
 def _make_buses(building: Building) -> None:
-    """The buses with drives, without which no EtherCAT is loaded. Raises ConfigError."""
+    """Make the buses with drives, without which no EtherCAT is loaded. Raises ConfigError."""
     if building.ground.config.drive:
         from achse.station.building import drive_buses
 
@@ -32,7 +32,7 @@ def _make_buses(building: Building) -> None:
 
 
 def _make_terminals(building: Building) -> None:
-    """The terminals, and the buses without drives. Raises ConfigError."""
+    """Make the terminals, and the buses without drives. Raises ConfigError."""
     config = building.ground.config
     if config.bus or config.terminal:
         from achse.station.building import terminals
@@ -41,7 +41,7 @@ def _make_terminals(building: Building) -> None:
 
 
 def _make_signals(building: Building) -> None:
-    """The simulated signals, without which no waveform is loaded. Raises ConfigError."""
+    """Make the simulated signals, without which no waveform is loaded. Raises ConfigError."""
     if building.ground.config.signal:
         from achse.station.building import signals
 
@@ -49,7 +49,8 @@ def _make_signals(building: Building) -> None:
 
 
 def _make_camshafts(building: Building) -> None:
-    """The camshaft controllers, without which their device is not loaded. Raises ConfigError."""
+    """Make the camshaft controllers, without which their device is not loaded. Raises
+    ConfigError."""
     if building.ground.config.camshaft:
         from achse.station.building import camshaft
 
@@ -57,7 +58,7 @@ def _make_camshafts(building: Building) -> None:
 
 
 def _make_modbus(building: Building) -> None:
-    """The Modbus server, without which nothing of Modbus is loaded. Raises ConfigError."""
+    """Make the Modbus server, without which nothing of Modbus is loaded. Raises ConfigError."""
     if building.ground.config.modbus is not None:
         from achse.station.building import modbus
 
@@ -65,7 +66,7 @@ def _make_modbus(building: Building) -> None:
 
 
 def _make_plants(building: Building) -> None:
-    """The units of [[fmu]], without which nothing of them is loaded. Raises ConfigError."""
+    """Make the units of [[fmu]], without which nothing of them is loaded. Raises ConfigError."""
     if building.ground.config.fmu:
         from achse.station.building import plants
 

@@ -73,7 +73,7 @@ class CamshaftPhase(Phase):
 
 
 def make_camshafts(building: Building) -> None:
-    """The controllers of the configuration and their device. Raises ConfigError."""
+    """Make the controllers of the configuration and their device. Raises ConfigError."""
     ground = building.ground
     configs = ground.config.camshaft
     served = []

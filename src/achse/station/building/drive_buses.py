@@ -12,7 +12,7 @@ from achse.station.configuration.types import ConfigError
 
 
 def make_buses(building: Building) -> None:
-    """The buses that have drives, joined with the NC. Raises ConfigError."""
+    """Make the buses that have drives, joined with the NC. Raises ConfigError."""
     config = building.ground.config
     drives = drives_of(config)
     if building.nc is None or not drives:

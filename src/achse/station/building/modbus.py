@@ -6,7 +6,7 @@ from achse.station.building.building import Building
 
 
 def make_modbus(building: Building) -> None:
-    """The device at port 10500, if the configuration has it. Raises ConfigError."""
+    """Make the device at port 10500, if the configuration has it. Raises ConfigError."""
     ground = building.ground
     config = ground.config.modbus
     if config is None:

@@ -45,7 +45,7 @@ _MODULO_AXIS = 1 << 2
 
 
 def make_nc(building: Building) -> None:
-    """The NC and its device, if the configuration has axes. Raises ConfigError."""
+    """Make the NC and its device, if the configuration has axes. Raises ConfigError."""
     ground = building.ground
     if not ground.config.axis:
         return

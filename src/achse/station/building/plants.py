@@ -50,7 +50,7 @@ _OTHER_UNIT = "fmu:"
 
 
 def make_plants(building: Building) -> None:
-    """The units of the configuration, in its order. Raises ConfigError."""
+    """Make the units of the configuration, in its order. Raises ConfigError."""
     configs = building.ground.config.fmu
     parts: dict[str, _Part] = {}
     building.plants = plants = {}

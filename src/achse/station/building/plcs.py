@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 def make_plcs(building: Building) -> None:
-    """Each PLC from its sources, symbols or Python classes. Raises ConfigError."""
+    """Make each PLC from its sources, symbols or Python classes. Raises ConfigError."""
     ground = building.ground
     for number, config in enumerate(ground.config.plc, 1):
         requests = PlcRequests(ground.clock)

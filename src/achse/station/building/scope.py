@@ -44,7 +44,7 @@ class ScopePhase(Phase):
 
 
 def make_scope(building: Building) -> None:
-    """The scope server with the views of the configuration. Raises ConfigError."""
+    """Make the scope server with the views of the configuration. Raises ConfigError."""
     ground = building.ground
     config = ground.config.scope
     tick_ns = building.tick_ns

@@ -30,7 +30,7 @@ log = logging.getLogger("achse.station")
 
 
 def make_signals(building: Building) -> None:
-    """The signals of the configuration, in its order. Raises ConfigError."""
+    """Make the signals of the configuration, in its order. Raises ConfigError."""
     configs = building.ground.config.signal
     if not configs:
         return

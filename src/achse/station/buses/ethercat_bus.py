@@ -91,7 +91,7 @@ class EthercatBus:
         """Nothing: inputs come with `exchange`."""
 
     def exchange(self) -> None:
-        """One cycle: outputs go out, inputs of this moment come in."""
+        """Run one cycle: outputs go out, inputs of this moment come in."""
         self.now_ns += self.cycle_ns
         if self.faults:
             self.faults.tick()

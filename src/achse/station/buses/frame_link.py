@@ -134,7 +134,8 @@ class BusLink:
         self.round_trips.missing += before
 
     def exchange(self, now_ns: int) -> None:
-        """One cycle at bus time `now_ns`: what is still there is taken, outputs go, inputs come."""
+        """Run one cycle at bus time `now_ns`: what is still there is taken, outputs go, inputs
+        come."""
         link, master = self._link, self.master
         cyclic = master.cyclic
         if not self._all_back:

@@ -239,7 +239,7 @@ class NcTask:
         self._pace = pace
 
     def run(self, now_ns: int) -> None:
-        """One cycle, at station time `now_ns`."""
+        """Run one cycle, at station time `now_ns`."""
         nc, pace = self._nc, self._pace()
         if pace is None:
             nc.cycle()

@@ -59,7 +59,7 @@ class NcPhase(Phase):
         self.due_ns = -(-earliest_ns // self._cycle_ns) * self._cycle_ns
 
     def step(self, now_ns: int) -> None:
-        """All cycles up to now."""
+        """Run all cycles up to now."""
         count = (now_ns - self.due_ns) // self._cycle_ns + 1
         self.due_ns += count * self._cycle_ns
         if count == 1:

@@ -198,15 +198,16 @@ class MqttUser(Protocol):
         ...
 
     def parted(self, reason: str) -> None:
-        """The broker is gone, or not there; it is dialled again."""
+        """Note that the broker is gone, or not there; it is dialled again."""
         ...
 
     def came(self, net_id: NetId, note: RouterNote) -> None:
-        """A router is online, or says something else of itself."""
+        """Note that a router is online, or says something else of itself."""
         ...
 
     def left(self, net_id: NetId) -> None:
-        """A router is offline; what is retained says so of those that were not here before."""
+        """Note that a router is offline; what is retained says so of those that were not here
+        before."""
         ...
 
     def received(self, message: bytes) -> None:

@@ -128,7 +128,7 @@ class ServedSerialPorts:
         return False
 
     def opened(self, peer: Peer) -> None:
-        """Its port is open."""
+        """Note that its port is open."""
 
     def closed(self, peer: Peer) -> None:
         """Note that the port of `peer` is closed."""

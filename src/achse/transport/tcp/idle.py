@@ -53,11 +53,11 @@ class IdleConnections:
         """The others by host, those not looked at for longest first."""
 
     def add(self, peer: Peer, now: float) -> None:
-        """A connection has come, at `now` in seconds."""
+        """Note that a connection has come, at `now` in seconds."""
         self._mute.setdefault(peer.peer_host, {})[peer] = now
 
     def remove(self, peer: Peer) -> None:
-        """A connection has ended."""
+        """Note that a connection has ended."""
         for table in (self._mute, self._active):
             peers: dict[Peer, float] | dict[Peer, None] | None = table.get(peer.peer_host)
             if peers is not None and peer in peers:

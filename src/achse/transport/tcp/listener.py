@@ -205,7 +205,7 @@ class TcpListener:
         return self.external_registration or _is_loopback(host)
 
     def opened(self, peer: Peer) -> None:
-        """A connection came up: apply the limit and the one-per-host rule."""
+        """Note that a connection came up: apply the limit and the one-per-host rule."""
         if not self._serving:
             peer.abort()
             return
@@ -266,7 +266,7 @@ class TcpListener:
         self._refusals.add(cast(asyncio.Transport, peer.give_up()), self.loop)
 
     def closed(self, peer: Peer) -> None:
-        """A connection went down."""
+        """Note that a connection went down."""
         if peer in self.connections:
             if log.isEnabledFor(logging.INFO):
                 facts = {"client": peer.client, "peer": peer.peer}

@@ -198,7 +198,7 @@ class Uplink:
         return DialledPeer(self) if nat is None else NatPeer(self, self.route.net_id, nat)
 
     def review_access(self, route: Route) -> None:
-        """Another route came, went or changed: the far end may send by it as well."""
+        """Note that another route came, went or changed: the far end may send by it as well."""
         if self._connection is not None:
             self._connection.review_access(route)
 
@@ -227,7 +227,8 @@ class Uplink:
         return False
 
     def opened(self, peer: Peer) -> None:
-        """The connection is up: release what earlier ones left, and send what waited for it."""
+        """Note that the connection is up: release what earlier ones left, and send what waited for
+        it."""
         if self._closed:
             peer.abort()
             return

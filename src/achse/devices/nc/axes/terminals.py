@@ -82,7 +82,7 @@ def terminal_of(axis: Axis) -> RegisterTerminal | None:
 
 
 def note_output(part: AxisPart) -> None:
-    """A client has changed the output structure of this part."""
+    """Note that a client has changed the output structure of this part."""
     axis = part.owner
     terminal = terminal_of(axis) if axis.drive_output_disabled else None
     if terminal is not None:

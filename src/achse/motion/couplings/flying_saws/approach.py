@@ -226,7 +226,7 @@ def _stop_because_it_goes_back(ax: AxisFields) -> None:
 def _by_position(
     ax: AxisFields, master_position: float, velocity: float, acceleration: float, jerk: float
 ) -> None:
-    """One cycle of the way over the master."""
+    """Run one cycle of the way over the master."""
     way = ax.sync.heading * (master_position - ax.sync.begin)
     if way < 0.0:
         if ax.sync.moved:
@@ -268,7 +268,7 @@ def _by_time(
     acceleration: float,
     dt: float,
 ) -> None:
-    """One cycle of a change over to the velocity of the master."""
+    """Run one cycle of a change over to the velocity of the master."""
     noisy = master.axis_type == AxisType.ENCODER
     wanted = ax.coupling.gear * velocity
     rising = 0.0 if noisy else ax.coupling.gear * acceleration
@@ -301,7 +301,7 @@ def follow_approach(
     acceleration: float,
     dt: float,
 ) -> None:
-    """One cycle of a slave that comes to its master, or runs with it."""
+    """Run one cycle of a slave that comes to its master, or runs with it."""
     if ax.sync.heading == 0.0:
         ax.sync.heading = heading_of(velocity)
     behind = ax.sync.heading * (master_position - ax.sync.begin) < 0.0

@@ -102,7 +102,7 @@ def base(ax: AxisFields, rows: NcRows) -> None:
 
 
 def step(ax: AxisFields, rows: NcRows, dt: float) -> None:
-    """One cycle of the law; a phase shift of the slave moves what it sees of the master."""
+    """Run one cycle of the law; a phase shift of the slave moves what it sees of the master."""
     master = rows.axes[ax.coupling.masters[0]]
     velocity = leading_velocity(ax, rows, 0)
     acceleration = leading_acceleration(ax, rows, 0)

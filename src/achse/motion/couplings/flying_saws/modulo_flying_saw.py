@@ -105,7 +105,8 @@ def _come_near(ax: AxisFields, rows: NcRows, leader: int, place: float, dt: floa
 
 
 def step(ax: AxisFields, rows: NcRows, dt: float) -> None:
-    """One cycle of the law; a phase shift of the slave moves what it sees of its first master."""
+    """Run one cycle of the law; a phase shift of the slave moves what it sees of its first
+    master."""
     leader = _leader(ax)
     place = leading_position(ax, rows, leader)
     if ax.sync.method != _TO_PLACE and ax.sync.method != _SETTLING_THERE:
