@@ -60,7 +60,7 @@ def main() -> None:
         with errors_in_json(wants_json(sys.argv)):
             print_failure(
                 f"unexpected {type(defect).__name__}: {defect} (a defect of achse, please report"
-                " it; with ACHSE_DEBUG=1 in the environment it tells where)",
+                " it; with ACHSE_DEBUG=1 in the environment it prints the place)",
                 name="DEFECT",
             )
         sys.exit(70)

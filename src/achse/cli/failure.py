@@ -38,7 +38,7 @@ def in_json() -> bool:
 
 
 def print_failure(message: str, *, name: str = "FAILED", code: int | None = None) -> None:
-    """Tell an error on stderr, as a sentence or an object; `code` is that of ADS, or None."""
+    """Print an error on stderr, as a sentence or an object; `code` is that of ADS, or None."""
     if _in_json:
         facts = {"code": code or None, "name": name, "message": message}
         message = dumped(facts, sys.stderr)
@@ -59,7 +59,7 @@ def dumped(document: Any, stream: TextIO) -> str:
 def fail(
     message: str, exit_code: int = 1, *, name: str = "FAILED", code: int | None = None
 ) -> NoReturn:
-    """Tell an error, and end the command."""
+    """Print an error, and end the command."""
     print_failure(message, name=name, code=code)
     raise typer.Exit(exit_code)
 

@@ -29,9 +29,9 @@ class LogWriter(logging.Handler):
     """Writes to `stream`, never in the thread that logs.
 
     - What a reader does not take waits, 10,000 lines and 4 MB at most. Then lines are dropped; how
-      many is told as soon as there is room.
+      many is reported as soon as there is room.
     - Of one kind (one place in the program) at most 100 lines a second are written, and 1,000 of
-      all; how many were left out is told once a second.
+      all; their number is reported once a second.
     - At the end of the program a reader has half a second to take what waits.
     """
 

@@ -41,7 +41,7 @@ def watchdog_interval() -> float | None:
 async def announced(
     sleep: Callable[[float], Awaitable[object]] = asyncio.sleep,
 ) -> AsyncIterator[None]:
-    """Tell the service manager that this process is ready, then that it is alive, then its end.
+    """Notify the service manager: this process is ready, then alive, then ended.
 
     The signs of life come from the event loop, so a loop that hangs gives none.
     """

@@ -76,7 +76,7 @@ async def programs_of(target: Target, symbols: Iterable[str]) -> dict[str, IecTy
         try:
             type = await target.type_of(unit)
         except DeviceError:
-            continue  # A variable list, or a device that tells nothing of its programs.
+            continue  # A variable list, or a device that does not list its programs.
         if isinstance(type, StructType) and type.methods:
             programs[unit] = type
     return programs

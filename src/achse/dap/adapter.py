@@ -221,7 +221,7 @@ class Adapter:
         self._after.append(leave)
 
     async def _watch(self) -> None:
-        """Tell the editor what happens by itself."""
+        """Send events to the editor."""
         target = self._there
         try:
             while not target.ended.is_set():

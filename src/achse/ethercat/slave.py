@@ -449,8 +449,7 @@ class Slave:
         self._plan_steps()
 
     def reset(self) -> None:
-        """Note that the master reset the slave controller (`Pdi`): as after switching power off and
-        on."""
+        """Note that the master reset the slave controller (`Pdi`): as after a power cycle."""
         if self.state is not AlState.INIT:
             self.application.enter(AlState.INIT, 0, AlStatus.RESTARTED)
         self.state = AlState.INIT

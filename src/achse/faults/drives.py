@@ -292,7 +292,7 @@ class MainPower(SlaveFault):
 
 
 class LoadTorque(SlaveFault):
-    """Something pushes against positive direction with `by` ‰ of rated torque."""
+    """An external load of `by` ‰ of rated torque against positive direction."""
 
     kind: Literal["load"] = "load"
     by: Annotated[Amount, FieldUnit("‰")]
@@ -324,7 +324,7 @@ class YawAlarm(SlaveFault):
 
 
 class LocalControl(SlaveFault):
-    """Somebody operates the drive at its panel: not in communication mode, it falls to Init with AL
+    """The drive is operated at its panel: not in communication mode, it falls to Init with AL
     status code 0x8000 and does not leave it."""
 
     kind: Literal["local_control"] = "local_control"

@@ -13,7 +13,7 @@ from achse.fleet.plan import FleetPlan
 from achse.station import RunningStation, Station
 from achse.station.station import DEFAULT_EPOCH_NS
 
-Tell = Callable[[dict[str, Any]], None]
+Send = Callable[[dict[str, Any]], None]
 
 
 def pin(core: int | None) -> bool:
@@ -60,7 +60,7 @@ async def serve(
     plan: FleetPlan,
     numbers: Sequence[int],
     stop: asyncio.Event,
-    tell: Tell,
+    send: Send,
     *,
     alone: bool = False,
     host: str | None = None,
@@ -70,7 +70,7 @@ async def serve(
 ) -> None:
     """Run these stations until `stop`, or until one of them ends.
 
-    `tell` gets `{"event": "ready", …}` of each station, then figures of each every `every_s`
+    `send` gets `{"event": "ready", …}` of each station, then figures of each every `every_s`
     seconds. Raises ConfigError, OSError.
     """
     served: list[tuple[int, Station, RunningStation]] = []
@@ -85,9 +85,9 @@ async def serve(
             )
             served.append((number, station, running))
             where = f"{running.host}:{running.tcp_port}" if running.tcp_port else ""
-            tell({"event": "ready", "station": number, "address": where})
+            send({"event": "ready", "station": number, "address": where})
         ends = [asyncio.create_task(running.finished()) for _, _, running in served]
-        telling = asyncio.create_task(_send_figures(served, tell, every_s))
+        telling = asyncio.create_task(_send_figures(served, send, every_s))
         stopped = asyncio.create_task(stop.wait())
         try:
             done, _ = await asyncio.wait(
@@ -102,11 +102,11 @@ async def serve(
 
 
 async def _send_figures(
-    served: Sequence[tuple[int, Station, RunningStation]], tell: Tell, every_s: float
+    served: Sequence[tuple[int, Station, RunningStation]], send: Send, every_s: float
 ) -> None:
     while True:
         for number, station, running in served:
-            tell({"event": "figures", "station": number} | _figures(station, running))
+            send({"event": "figures", "station": number} | _figures(station, running))
         await asyncio.sleep(every_s)
 
 

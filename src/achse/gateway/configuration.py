@@ -38,7 +38,7 @@ class TargetConfig(ConfigTable):
     udp_port: int = Field(default=UDP_PORT, ge=1, le=65535)
     """UDP port at which the target answers searches and adds routes."""
     user: str = ""
-    """User at the target, as whom a route to this router is added where the target refuses it."""
+    """User at the target for adding a route to this router where the target refuses it."""
     password: str = ""
     """Password of `user`; ACHSE_PASSWORD unless given."""
     tls: RouteTlsConfig | None = None

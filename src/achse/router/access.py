@@ -1,4 +1,4 @@
-"""Users: who may change the routes of this station from outside, by scrypt hashes of passwords.
+"""Users that may change the routes of this station from outside, by scrypt hashes of passwords.
 
 The hash is `scrypt:N:R:P:SALT:KEY`, salt and key in base64; `achse hash-password` makes one.
 """

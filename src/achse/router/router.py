@@ -49,7 +49,7 @@ class Router:
     - `register` puts an endpoint on a local port, `add_route` one behind a foreign NetId;
     - `learn` notes by which connection a client's address was last seen, so that responses and
       notifications find back to clients that never registered (remote ones never do); requests do
-      not go there, or anyone could pose as a server by its source address;
+      not go there, or any client could pose as a server by its source address;
     - a request for a port without a device is answered with AMS error 0x6, one for a NetId without
       a route with 0x7, both in the header with empty data.
 

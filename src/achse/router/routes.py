@@ -1,6 +1,6 @@
 """Named routes: which NetId is reached at which host, as the route dialogue of a router shows it.
 
-The table knows no sockets. Who dials (`achse.transport.uplinks.uplink`) follows it by a listener.
+The table knows no sockets. The dialler (`achse.transport.uplinks.uplink`) listens for changes.
 
 Source: 000 §6.2, 002 §3; flags as recorded from real targets.
 """

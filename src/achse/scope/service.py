@@ -34,7 +34,7 @@ class ScopeCommand(StrEnum):
     TRIGGER = "trigger"
     CLOSE = "close"
     PROGRESS = "progress"
-    """Tells state and counts, and changes nothing."""
+    """Returns state and counts, and changes nothing."""
 
 
 SAMPLES_REQUEST = struct.Struct("<IQ")

@@ -314,7 +314,7 @@ class Client:
                 self._request(Command.READ_STATE, b"", number % 0x8000, "a port without a device")
             case "handle":
                 where = struct.pack("<3I", ReservedGroup.SYMBOL_VALUE_BY_HANDLE, number, 4)
-                self._request(Command.READ, where, PLC_PORT, "a handle of nobody")
+                self._request(Command.READ, where, PLC_PORT, "an unknown handle")
             case "delete":
                 self._request(
                     Command.DELETE_NOTIFICATION, struct.pack("<I", number), PLC_PORT, "delete"

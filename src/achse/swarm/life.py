@@ -266,7 +266,7 @@ class StationLife:
         self.scheduler.run()
 
     def fault(self, fields: Mapping[str, Any]) -> None:
-        """Make something go wrong."""
+        """Begin a fault."""
         try:
             self.station.faults.add(fields["kind"], **_rest(fields))
         except FaultError as refusal:
@@ -301,13 +301,13 @@ class StationLife:
         (folder / "main.st").write_text(source, encoding="utf-8")
 
     def inject(self, axis: int, name: str, value: int) -> None:
-        """Let something of the machine of an axis fail, or work again."""
+        """Begin or end a fault of the machine of an axis."""
         nc = self.station.nc
         if nc is not None:
             setattr(nc.axis(axis), name, value)
 
     def drive_fault(self, fields: Mapping[str, Any]) -> None:
-        """Let something of the drives or their cable go wrong."""
+        """Begin a fault of the drives or their cable."""
         for faults in self.station.drive_faults:
             if faults is not None:
                 try:

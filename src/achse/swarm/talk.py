@@ -114,7 +114,7 @@ class ConnectionLedger:
         if request is None:
             sent = self._answered.get(frame.invoke_id)
             if self.frames_ns() < (self.clock() if sent is None else sent):
-                what = "nobody asked" if sent is None else "has been answered already"
+                what = "no request" if sent is None else "has been answered already"
                 self.report("answered-once", f"{self.name}: answer {frame.invoke_id} {what}")
             else:
                 self.excuses["request_in_fault"] += 1

@@ -1,4 +1,4 @@
-"""AMS discovery over UDP: the endpoint that answers searches and route requests, and who asks.
+"""AMS discovery over UDP: the endpoint that answers searches and route requests, and its client.
 
 Source: reference traffic; 002 §7 for the port.
 """

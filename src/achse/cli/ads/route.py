@@ -244,7 +244,7 @@ def _make_us_known(host: str, user: str, password: str, in_json: bool) -> None:
 
 
 def _check_user(code: int, host: str, refused: str) -> None:
-    """Tell what a router answered to a request with a password, unless it is success or 0x70C."""
+    """Report the answer of a router to a request with a password, unless it is success or 0x70C."""
     from achse.ams.errors import describe_code
     from achse.codes import ReturnCode
 

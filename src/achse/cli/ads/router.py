@@ -55,9 +55,7 @@ def router(
     ] = None,
     user: Annotated[
         str | None,
-        typer.Option(
-            help="User at the targets, as whom a missing route is added.", show_default=False
-        ),
+        typer.Option(help="User at the targets for adding a missing route.", show_default=False),
     ] = None,
     password: Annotated[
         str | None,

@@ -189,7 +189,7 @@ async def _carry_out(
     plot: bool | None,
     in_json: bool,
 ) -> None:
-    """Excite the axis, stop it when the time is over, follow it to its rest, and tell."""
+    """Excite the axis, stop it when the time is over, follow it to standstill, and report."""
     from achse.cli.axes.move import follow
     from achse.cli.axes.nc import chosen
 

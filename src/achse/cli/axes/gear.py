@@ -159,7 +159,7 @@ async def decouple(
     jerk: Jerk = 0.0,
     in_json: Json = False,
 ) -> None:
-    """Let a slave go: it goes on at its velocity unless something else is said."""
+    """Let a slave go: it goes on at its velocity by default."""
     from achse.cli.axes.nc import chosen
 
     [slave] = await chosen(client, [name])
@@ -171,4 +171,4 @@ async def decouple(
         deceleration=deceleration,
         jerk=jerk,
     )
-    await _report(client, name, in_json, "follows nobody")
+    await _report(client, name, in_json, "follows no axis")

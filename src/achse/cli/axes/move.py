@@ -118,7 +118,7 @@ async def _interrupt(axis: NcAxis, outcome: "CommandOutcome") -> None:
 
 
 async def follow(axis: NcAxis, errand: Errand, sample_time: float) -> Course:
-    """Command something and watch it until it is done, or something else ended it.
+    """Command an axis and watch it until the command is done, or has failed.
 
     A move to a target is done when the axis is in its window, an endless one when it has its
     velocity. Cancelling stops the axis: the course then ends at standstill with that reason.

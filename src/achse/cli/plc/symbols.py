@@ -25,7 +25,7 @@ _STUBS = b"written by `achse symbols`"
 """Beginning of modules that this command writes."""
 
 _HEAD = 4096
-"""Bytes at the begin of a file that tell what it is."""
+"""Bytes at the begin of a file that identify its kind."""
 
 _PRINTED = Path("-")
 

@@ -284,7 +284,7 @@ def _device(text: str) -> "AmsAddress":
 async def _request(
     via: tuple[str, int], devices: "Sequence[AmsAddress]", decoder: "Decoder"
 ) -> None:
-    """Let devices tell their symbols.
+    """Read the symbols of devices.
 
     The connection ends before those of clients begin: real routers have room for one per host.
     """

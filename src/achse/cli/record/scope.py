@@ -243,7 +243,7 @@ async def trigger(client: "Client", number: Number = 1, in_json: Json = False) -
 
 
 async def _command(client: "Client", number: int, word: str, as_json: bool) -> None:
-    """Start, stop or trigger a scope, and tell its state."""
+    """Start, stop or trigger a scope, and print its state."""
     from achse.client.scope import RemoteScope
 
     remote = RemoteScope.of(client, number)

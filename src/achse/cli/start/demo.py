@@ -47,7 +47,7 @@ STEPS = (
         "axes",
     ),
     DemoStep(
-        "Something goes wrong on demand: reads of one variable are refused, until we end that.",
+        "Faults on demand: reads of one variable are refused until the fault is cleared.",
         (
             "fault add error symbol=GVL.nInt code=0x706",
             "ads read GVL.nInt",
@@ -77,7 +77,7 @@ def demo(
     """Walk through a move, a recording and a fault on a station of its own, at a free port.
 
     Each command is shown before it runs; type the same at a station of yours. With the extra `web`
-    all of it is to be seen in the browser too. Without a terminal it waits for nobody.
+    all of it is to be seen in the browser too. Without a terminal it does not wait.
     """
     waits = not yes and on_terminal() and sys.stdin.isatty()
     with tempfile.TemporaryDirectory(prefix="achse-demo-") as folder, _station() as (env, page):

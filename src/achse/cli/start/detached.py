@@ -2,7 +2,7 @@
 
 Such a station keeps a record of itself, locked as long as it lives, in a folder of the user's:
 ACHSE_RUNTIME_DIR, else below XDG_RUNTIME_DIR, else in the user's cache, and where there is no home
-that can be written, below the folder for temporary files. A record that nobody holds
+that can be written, below the folder for temporary files. A record that no process has locked
 is that of a station that has ended otherwise.
 """
 
@@ -227,7 +227,7 @@ def detached_stations() -> list[DetachedStation]:
 
 
 def start(arguments: Sequence[str], seconds: float) -> None:
-    """Start `achse run` with these arguments, wait until it is ready, and tell where it is."""
+    """Start `achse run` with these arguments, wait until it is ready, and print its place."""
     try:
         folder = runtime_folder()
         detached_stations()
@@ -256,7 +256,7 @@ def start(arguments: Sequence[str], seconds: float) -> None:
 def _await_record(
     record: Path, process: "subprocess.Popen[bytes]", log: Path, end: float, seconds: float
 ) -> None:
-    """Wait until the station has its record; tell what it said if it ends instead."""
+    """Wait until the station has its record; report its last output if it ends instead."""
     while not record.exists():
         if process.poll() is not None:
             said = log.read_text(encoding="utf-8", errors="replace").splitlines()

@@ -486,7 +486,7 @@ def _watch(record: FleetRecord) -> None:
 
 
 def _start(plan: "FleetPlan", broker: str | None, seconds: float) -> None:
-    """Start the supervisor without a terminal, wait until the stations are ready, and tell."""
+    """Start the supervisor without a terminal, wait until the stations are ready, and report."""
     log = runtime_folder() / f"fleet-{plan.name}-supervisor.log"
     words = [sys.executable, "-m", "achse", "fleet", "up", str(plan.file.resolve())]
     words += ["--checked"]

@@ -333,7 +333,7 @@ class MAIN(Program):
         self.bHigh = self.fLevel > 80
 '''
 
-_OF_PLC = '''"""The station in virtual time: nobody waits, and each run is the same."""
+_OF_PLC = '''"""The station in virtual time: no waits, and each run is the same."""
 
 from pathlib import Path
 
@@ -355,7 +355,7 @@ def test_a_high_level_is_seen() -> None:
 _TEST = {
     PlcKind.ST: _OF_PLC,
     PlcKind.PYTHON: _OF_PLC,
-    PlcKind.NONE: '''"""The station in virtual time: nobody waits, and each run is the same."""
+    PlcKind.NONE: '''"""The station in virtual time: no waits, and each run is the same."""
 
 from pathlib import Path
 
@@ -372,7 +372,7 @@ def test_time_passes() -> None:
 }
 
 _NEW_TEST = {
-    True: '''"""An axis in virtual time: nobody waits, and each run is the same."""
+    True: '''"""An axis in virtual time: no waits, and each run is the same."""
 
 from pathlib import Path
 from typing import Any
@@ -389,7 +389,7 @@ def test_{name}(achse_axis: Any) -> None:
     achse_axis.move_to(target, velocity=10.0)
     assert abs(achse_axis.position() - target) < 0.1
 ''',
-    False: '''"""The station in virtual time: nobody waits, and each run is the same."""
+    False: '''"""The station in virtual time: no waits, and each run is the same."""
 
 from pathlib import Path
 

@@ -255,7 +255,7 @@ async def _until_ended(
     stop: asyncio.Event,
     to_the_end: contextlib.ExitStack,
 ) -> None:
-    """Tell that the station is ready, and wait for a signal or its end.
+    """Report that the station is ready, and wait for a signal or its end.
 
     `to_the_end` outlasts it: a record is there until all is saved.
     """

@@ -40,10 +40,14 @@ def check(
         list[str] | None,
         typer.Option(metavar="NAME", help="What {IF defined (NAME)} finds, once for each."),
     ] = None,
-    warnings: Annotated[bool, typer.Option(help="Tell what may lose values, too.")] = True,
+    warnings: Annotated[
+        bool, typer.Option(help="Report conversions that may lose values, too.")
+    ] = True,
     machine: Annotated[
         bool,
-        typer.Option("--machine", help="Tell what cannot become machine code, and why."),
+        typer.Option(
+            "--machine", help="Report code that cannot become machine code, with the reason."
+        ),
     ] = False,
     stubs: Annotated[
         Path | None,

@@ -272,9 +272,9 @@ def _replay_plans(seed: int, names: _Names) -> None:
 
 
 def _act_line(act: "Act") -> str:
-    who = "station" if act.actor < 0 else f"client {act.actor}"
+    actor = "station" if act.actor < 0 else f"client {act.actor}"
     values = " ".join(map(str, act.values))
-    return f"{act.at_ns / 1e9:10.3f} s  {who}  {act.kind} {values}".rstrip()
+    return f"{act.at_ns / 1e9:10.3f} s  {actor}  {act.kind} {values}".rstrip()
 
 
 def _keep(file: Path, failure: "FailedSeed", names: _Names) -> None:

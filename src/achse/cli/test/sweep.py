@@ -70,7 +70,7 @@ def sweep(
     # Ctrl-C ends all at once: what processes shared goes with them, and no process needs a message.
     sys.warnoptions.append("ignore:resource_tracker:UserWarning")
     try:
-        with _Progress(in_json) as tell:
+        with _Progress(in_json) as report:
             result = run(
                 scenario,
                 {each.name: each.values for each in parameters},
@@ -80,7 +80,7 @@ def sweep(
                 workers=workers,
                 scheduler=scheduler,
                 longest=longest,
-                progress=tell,
+                progress=report,
             )
     except SweepError as fault:
         fail(str(fault))

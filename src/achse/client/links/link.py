@@ -337,8 +337,7 @@ class TcpDialer:
         _without_service.pop(self._peer_key, None)
 
     async def _open_directly(self, link: TcpLink, user: LinkUser) -> TcpLink:
-        """Return a new link to who granted no port, and some time for one that ended over the
-        question."""
+        """Open a link to a router that granted no port, later if the request has ended the link."""
         if link.is_open:
             link.close()
             return await self._connect(user)

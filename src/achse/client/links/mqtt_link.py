@@ -19,7 +19,7 @@ JOIN_TIME = 10.0
 """Seconds that the broker has to let us in."""
 
 _LOOK_TIME = 1.0
-"""Seconds in which routers tell of themselves, where we are to find the only one."""
+"""Seconds in which routers announce themselves, to find the only one."""
 
 _MOST_GONE = 10_000
 """Routers that are offline and kept in mind; the oldest is forgotten."""

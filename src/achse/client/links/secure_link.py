@@ -152,7 +152,7 @@ class SecureDialer:
         return self.target.host
 
     async def open(self, user: LinkUser) -> TcpLink:
-        """Connect; raises OSError, of which SecureError tells who refused whom."""
+        """Connect; raises OSError, of which SecureError is a refusal."""
         loop = asyncio.get_running_loop()
         credentials = await loop.run_in_executor(None, self.target.credentials)
         link = TcpLink(user)

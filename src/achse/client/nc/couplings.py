@@ -88,11 +88,11 @@ class AxisCouplings(AxisAccess):
     ) -> None:
         """Follow a master by a table of the NC: a cam table or a motion function.
 
-        Relative positions count from where master and slave are now; absolute ones are those of
-        the axes, then the slave stands where the table says. Offsets are in units of their axis,
-        a scaling of 2 stretches the cam to twice its length (master) or height (slave).
-        `interpolation` says how rows are joined; a motion function has its laws instead. 0x4261:
-        no such table, 0x4262: one for drives, 0x4256: nothing was written to it.
+        Relative positions count from where master and slave are now; absolute ones are those of the
+        axes, then the slave is at the position of the table. Offsets are in units of their axis, a
+        scaling of 2 stretches the cam to twice its length (master) or height (slave).
+        `interpolation` says how rows are joined; a motion function has its laws instead. 0x4261: no
+        such table, 0x4262: one for drives, 0x4256: nothing was written to it.
         """
         joined = choice("interpolation", interpolation, _INTERPOLATIONS)
         numbers = [

@@ -196,5 +196,5 @@ class AxisStatus:
 
     @property
     def application_request(self) -> bool:
-        """The NC asks the application for something, as to home the axis."""
+        """True if the NC requests an action of the application, such as homing the axis."""
         return bool(self.operation_mode & OperationModeBit.APPLICATION_REQUEST)

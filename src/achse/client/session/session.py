@@ -380,7 +380,7 @@ class Session:
             self._keeper = None
 
     def symbols_changed(self, target: AmsAddress) -> None:
-        """Tell everything at `target` that its symbols are others now."""
+        """Notify all users of `target` that its symbols have changed."""
         for renewable in [r for r in self._renewables if r.target == target]:
             renewable.symbols_changed()
 

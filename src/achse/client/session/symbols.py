@@ -464,7 +464,7 @@ class SymbolBook:
         return _decoded(UploadInfo.decode, data)
 
     async def _watch_version(self) -> None:
-        """Tell everybody when the symbols of the device change; older devices cannot say."""
+        """Notify all listeners when the symbols of the device change, if it reports changes."""
 
         async def locate() -> Sequence[VariableLocation]:
             return [VariableLocation("symbol version", ReservedGroup.SYMBOL_VERSION, 0, 1, USINT)]

@@ -51,7 +51,7 @@ class JournalFile(Protocol):
 
 
 class JournalError(Exception):
-    """The file is something else than a journal."""
+    """The file is not a journal."""
 
 
 class JournalHandle(NamedTuple):
@@ -66,7 +66,7 @@ class HandleJournal:
     """Symbol handles at targets, and the clients that requested some; kept in `file` if there is
     one.
 
-    Raises JournalError if the file is something else, OSError if it cannot be read or written.
+    Raises JournalError if the file is not a journal, OSError if it cannot be read or written.
     Later failures to write are logged once: the router goes on.
     """
 

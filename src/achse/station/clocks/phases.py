@@ -83,7 +83,7 @@ class NcPhase(Phase):
 
 
 class PlcLinks(Protocol):
-    """Something outside a PLC that is variables of it: axes, channels."""
+    """Link between variables of a PLC and other parts: axes, channels."""
 
     def show(self) -> None:
         """Fill its inputs, before its tasks run."""
@@ -144,7 +144,7 @@ class NotificationPhase(Phase):
         self._pace = pace
 
     def watch(self, devices: Sequence[Device]) -> None:
-        """Tell what these devices have to tell, and no others."""
+        """Send the notifications of these devices, and of no others."""
         self._notifications = [device.notifications for device in devices]
         self._ahead = SamplesAhead(self._notifications)
         self._look_ahead()

@@ -1,4 +1,5 @@
-"""Structures of a PLC that are `AT %I` or `AT %Q` and belong to something outside it, by type."""
+"""Structures of a PLC that are `AT %I` or `AT %Q` and are linked to other parts of the station, by
+type."""
 
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping

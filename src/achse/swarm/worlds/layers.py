@@ -72,7 +72,7 @@ class _Layers:
         self.call("set_actual_position_on_the_fly", self.draws.choice((1, 2)), 0, self.way())
 
     def external(self) -> None:
-        """Let the external interface lead, mostly with a set point that stands still."""
+        """Let the external interface lead, mostly with a constant set point."""
         draws = self.draws
         if draws.chance(0.3):
             velocity = 0.0 if draws.chance(0.5) else self.way()

@@ -5,6 +5,6 @@ answers in its `write_buffer`. Requests of others that are known go by `known.re
 back by `known.answers`, without decoding; `known.frames` decides, `port_service` serves programs
 that want a port. `byte_transport` has the interfaces that a peer needs, `connection` those of
 asyncio. `fair_queue` serves peers in turns, `send_budget` bounds their buffers in sum, `repeated`
-answers reads that come again and again. `senders` and `sender_rights` note who speaks on one
+answers reads that come again and again. `senders` and `sender_rights` note the senders of one
 connection; `caller` is the asking end.
 """

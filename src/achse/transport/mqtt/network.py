@@ -1,4 +1,4 @@
-"""A connection to an MQTT broker as a virtual AMS network: who is there, messages in and out.
+"""A connection to an MQTT broker as a virtual AMS network: its routers, messages in and out.
 
 Needs the extra `mqtt` (aiomqtt), imported when it connects.
 
@@ -35,8 +35,8 @@ _FIRST_PAUSE, _LONGEST_PAUSE = 0.1, 5.0
 """Seconds between attempts to reach the broker, doubled each time."""
 
 _CONTRADICT_AFTER = 1.0
-"""Seconds after somebody said that we are offline until we say that we are not: once for all who
-did meanwhile."""
+"""Seconds after a message that we are offline until we announce that we are online: once for all
+who did meanwhile."""
 
 _MOST_PARTNERS = 10_000
 """Routers of a network that are kept in mind."""
@@ -112,7 +112,7 @@ class MqttSettings:
     - `client_id`: "" makes one of `user` and a random part; a fixed one keeps what comes while the
       connection is down, if `qos` is 2;
     - `no_retain`: infos are not retained; each router answers that of a newcomer by its own;
-    - `unidirectional`: we ask, nobody asks us;
+    - `unidirectional`: we send requests, and accept none;
     - `keep_alive`: seconds of silence after which the broker asks, 1..65535;
     - `qos`: of our AMS messages, 0 or 2. At 2 none is lost by a broker that stays.
     """
@@ -202,7 +202,7 @@ class MqttUser(Protocol):
         ...
 
     def came(self, net_id: NetId, note: RouterNote) -> None:
-        """Note that a router is online, or says something else of itself."""
+        """Note a router that is online, or its changed facts."""
         ...
 
     def left(self, net_id: NetId) -> None:
@@ -265,7 +265,7 @@ def mqtt_session() -> Session:
         async def __aexit__(self, *failure: Any) -> None:
             await super().__aexit__(*failure)
             if self._disconnected.done() and not self._disconnected.cancelled():
-                self._disconnected.exception()  # we know: asyncio needs not tell
+                self._disconnected.exception()  # known: asyncio needs not report it
 
         def waiting(self) -> Iterator[Any]:
             """Yield the messages that have come meanwhile, without a turn of the loop for each."""
@@ -433,7 +433,7 @@ class MqttNetwork:
         }
 
     def _part(self) -> None:
-        """No connection any more: nobody is online as far as we know."""
+        """Note the lost connection: no router is known to be online."""
         self._connected = None
         if self._contradiction is not None:
             self._contradiction.cancel()
@@ -470,7 +470,8 @@ class MqttNetwork:
             self._contradiction = loop.call_later(_CONTRADICT_AFTER, self._contradict)
 
     def _contradict(self) -> None:
-        """Somebody said that we are offline; what is retained stays for all who come."""
+        """Announce that we are online after a message of the contrary, which is retained for
+        all."""
         self._contradiction = None
         log.info("%s: a client announced that %s is offline", self.settings, self.own)
         self._announce(self._note.encode())

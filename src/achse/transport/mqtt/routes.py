@@ -37,9 +37,9 @@ class _Partner(Peer):
         self.peer = f"{net_id} by {owner.network.settings}"
 
     def _admission(self, net_id: bytes) -> Admission:
-        """Return the broker says who may be in the network; its partners are routes.
+        """Routes to the partners that the broker admits to the network.
 
-        The other side of a route by Secure ADS does not come so: nothing here shows who it is.
+        The other side of a route by Secure ADS does not come so: it is not authenticated here.
         """
         route = self.router.routes.to(net_id)
         one_way = self._routes.network.settings.unidirectional
@@ -227,7 +227,8 @@ class MqttRoutes:
     def closed(self, peer: Peer) -> None:
         """It was cut off, or has vanished.
 
-        One that was cut off is still online: who waits is told, and the next request finds a way.
+        A partner that was cut off is still online: pending requests are answered, the next one is
+        sent.
         """
         if isinstance(peer, _Partner) and self._partners.get(peer.net_id) is peer:
             peer.abort()

@@ -123,7 +123,7 @@ class SecureChannel(asyncio.Protocol):
         return self._tls.receive(data)
 
     def _greet(self) -> None:
-        """Something has come, and `inner` has no transport yet."""
+        """Process received bytes before `inner` has its transport."""
         raise NotImplementedError
 
     def _refused(self, reason: str) -> None:

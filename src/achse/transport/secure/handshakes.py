@@ -13,11 +13,11 @@ SHARE = 0.25
 """Of the time, for all handshakes together."""
 
 _AT_ONCE, _PER_HOST = 256, 32
-"""Clients that have not shown who they are; one more takes the place of the oldest."""
+"""Highest number of unauthenticated clients; a further one replaces the oldest."""
 
 
 class ShakingClient(Protocol):
-    """A client that has not shown who it is yet."""
+    """A client that is not authenticated yet."""
 
     host: str
 

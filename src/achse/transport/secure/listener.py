@@ -1,4 +1,4 @@
-"""The listener of Secure ADS: who is let in, and what it may say it is.
+"""Listener of Secure ADS: admission of clients, and the NetIds that they may use.
 
 Source: what each mode checks, network facts 2.3.
 """
@@ -146,7 +146,7 @@ class SecureListener(TcpListener):
         self._refusals_by_host: dict[str, tuple[float, int]] = {}
         """By host: until when the log hears of no further refusals, and how many there were."""
         self.denied = 0
-        """Clients that could not show who they are."""
+        """Clients that could not be authenticated."""
 
     async def open(self, host: str = "127.0.0.1", port: int = SECURE_PORT) -> None:
         await super().open(host, port)
@@ -204,7 +204,7 @@ class SecureListener(TcpListener):
         self._refusals_by_host[host] = now + _TOLD_AGAIN, 0
         return others
 
-    # who is let in --------------------------------------------------------------------------
+    # admission ------------------------------------------------------------------------------
 
     def _check_access(
         self, block: ConnectBlock, tls: Tls, host: str
@@ -312,7 +312,7 @@ class _Counted(SecureServer):
         super().connection_made(transport)
         if not self._owner.handshakes.begin(self):
             self._owner.refused += 1
-            self._end("too many that have not shown who they are")
+            self._end("too many unauthenticated clients")
 
     def data_received(self, data: bytes) -> None:
         if self._opened:
@@ -331,7 +331,7 @@ class _Counted(SecureServer):
     def give_way(self) -> bool:
         if self._block is not None:
             return False
-        self._end("too many came behind it that have not shown who they are")
+        self._end("too many newer unauthenticated clients")
         return True
 
     def _log_end(self, reason: str) -> None:

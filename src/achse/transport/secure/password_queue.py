@@ -1,11 +1,11 @@
 """Requests that wait for the check of their password: each host in turn, slower after wrong ones.
 
 UDP has no connections: any host may send anything as fast as the wire allows. So one request waits
-for each host, a host that guesses waits longer each time, and those who knew the password go first.
-Among the others, those with the fewest wrong passwords are next: in turns the one that waits
-longest, and the one that came last. So a newcomer does not wait until a crowd has had its turns.
-If all places are taken, the newcomer displaces the middle one of those with the most wrong
-passwords: both ends of the queue keep their turns.
+for each host, a host that guesses waits longer each time, and hosts that knew the password go
+first. Among the others, those with the fewest wrong passwords are next: in turns the one that waits
+longest, and the one that came last. So a newcomer does not wait until a crowd has had its turns. If
+all places are taken, the newcomer displaces the middle one of those with the most wrong passwords:
+both ends of the queue keep their turns.
 """
 
 import math
@@ -91,7 +91,8 @@ class PasswordQueue(Generic[T]):
         return max(min(map(self._due, self._waiting), default=math.inf) - self._now(), 0.0)
 
     def take(self) -> tuple[str, T] | None:
-        """Host and request to check now, None if none is due: who knew a password comes first."""
+        """Host and request to check now, None if none is due: hosts that knew a password come
+        first."""
         now = self._now()
         due = [host for host in self._waiting if self._due(host) <= now]
         if not due:

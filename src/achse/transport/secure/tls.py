@@ -323,7 +323,7 @@ class ServerTls:
     def accept(self, hello: bytes) -> Tls | None:
         """Return the engine for a client with these first bytes (which it has not got yet).
 
-        None as long as they are too few to tell. Raises TlsError.
+        None as long as they are too few to decide. Raises TlsError.
         """
         suites = offered_suites(hello)
         if suites is None:

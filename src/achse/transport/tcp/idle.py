@@ -24,7 +24,8 @@ _LAST_DATA_RECEIVED = struct.Struct("=52xI")
 
 
 def seconds_without_data(peer: Peer) -> float:
-    """Return the seconds since data came from `peer`; 0 where the system does not tell (Linux)."""
+    """Return the seconds since data came from `peer`; 0 where the system does not report them (not
+    on Linux)."""
     option = getattr(socket, "TCP_INFO", None)
     if peer.socket is None or option is None or not hasattr(socket, "TCP_QUICKACK"):
         return 0.0

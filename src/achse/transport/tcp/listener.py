@@ -49,7 +49,7 @@ class TcpListener:
     - `max_backlog`: bytes that may wait for a peer that does not read.
     - `send_budget`: bytes that wait on all connections together, unfinished packets included;
       beyond its limit, the connection with the most of them is closed.
-    - `fair_queue`: who is served when, of those with much to do.
+    - `fair_queue`: order of service of peers with many requests.
     - `max_connections`: the first request on a further one is answered with 0x508, then it is
       closed. `max_per_host`: the same for those of one host, if none of them is idle: an idle one
       is closed in favour of the newcomer.

@@ -1,7 +1,7 @@
 """The far end of a connection that this station dialled: what its requests may here.
 
-Who is dialled for one route answers; it may ask too, for itself and for those behind it. It gets no
-more by this than by coming itself.
+The dialled router of a route answers; it may send requests too, for itself and others behind it. It
+gets no more by this than by coming itself.
 """
 
 import math
@@ -33,7 +33,7 @@ class DialOwner(PeerOwner, Protocol):
     def route(self) -> Route: ...
 
     def remembered(self) -> None:
-        """Something is kept: dial again."""
+        """Dial again: resources are kept."""
 
 
 class DialledPeer(Peer):
