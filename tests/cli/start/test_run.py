@@ -341,3 +341,13 @@ def test_a_folder_stands_for_the_station_in_it(tmp_path: Path, warm_commands: Wa
     run = warm_commands.run("run", str(tmp_path), "--tcp-port", "0", "--for", "0", "--speed", "max")
     assert run.returncode == 0
     assert "axes=1" in run.stdout
+
+
+def test_demo_beside_a_station_file_names_the_command_for_that_station(
+    tmp_path: Path, warm_commands: WarmCommands
+) -> None:
+    (tmp_path / "station.toml").write_text('[[axis]]\nid = 1\nname = "X"\n')
+    run = warm_commands.run("run", "--tcp-port", "0", "--for", "0", "--speed", "max", cwd=tmp_path)
+    assert run.returncode == 0
+    assert "axes=1" not in run.stdout
+    assert "starting the demo; `achse run station.toml` starts the station here" in run.stderr

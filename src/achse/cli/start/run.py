@@ -34,6 +34,9 @@ if TYPE_CHECKING:
 
 log = logging.getLogger("achse.cli")
 
+USUAL_FILE = "station.toml"
+"""Name of a station file in a folder."""
+
 
 def register(app: typer.Typer) -> None:
     """Add the commands of this module to `app`."""
@@ -201,6 +204,8 @@ def load_station(
     from achse.station import ConfigError, Station
     from achse.station.station import DEFAULT_EPOCH_NS, DEMO
 
+    if file is None and Path(USUAL_FILE).is_file():
+        log.warning("starting the demo; `achse run %s` starts the station here", USUAL_FILE)
     try:
         return Station.load(
             DEMO if file is None else file,

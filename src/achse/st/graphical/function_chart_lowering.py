@@ -143,7 +143,7 @@ def _with_names(element: ChartBox, scope: BodyScope) -> ChartBox:
 
 
 def _renamed(pin: ChartPin, type: str, names: Sequence[str]) -> ChartPin:
-    """Return a pin with the standard's name gets the vendor's."""
+    """Return a pin, with the vendor's name for one with the standard's."""
     other = _STANDARD_PINS.get((type.upper(), pin.name.upper()))
     if other is None or pin.name.lower() in (name.lower() for name in names):
         return pin
