@@ -56,7 +56,7 @@ def test_a_trigger_is_waited_for(cli: Cli, tmp_path: Path) -> None:
         (("record", "a.csv", "500:0x4101:0x50"), 1, "a scope cannot have this value"),
         (("start", "77"), 1, "no scope has the number 77"),
         (("trigger", "1"), 1, "scope 1 does not wait for a trigger: start it"),
-        (("trigger", "0"), 2, "equal to 1"),
+        (("trigger", "0"), 2, "at least 1"),
         (("show", "77"), 1, "no scope has the number 77, see `achse scope show`"),
         (("show", "1", "--to", "a.csv"), 1, "scope 1 has recorded nothing"),
         (("show", "none.scope"), 1, "none.scope: No such file"),

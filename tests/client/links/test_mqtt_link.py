@@ -29,7 +29,7 @@ class Silent:
 
 def waits(client: Any) -> bool:
     link = client.session.link
-    return link is not None and len(link._unanswered) > 0
+    return link is not None and len(link._pending_requests) > 0
 
 
 def station(last: int) -> Station:

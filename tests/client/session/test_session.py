@@ -286,7 +286,7 @@ def test_what_nobody_waits_for_is_dropped_and_told_once(
 
     with caplog.at_level("INFO", "achse.client"):
         run(main())
-    assert sum("dropped" in record.getMessage() for record in caplog.records) == 1
+    assert sum("dropping" in record.getMessage() for record in caplog.records) == 1
 
 
 def test_a_notification_that_is_none_is_dropped(run: Run, peer: Any) -> None:

@@ -121,8 +121,8 @@ def serve(
     code: Annotated[
         DriveCode,
         typer.Option(
-            help="Compute the drives in machine code or in plain Python; auto: machine code where"
-            " achse[fast] is installed."
+            help="Compute the drives in machine code or in plain Python; auto: machine code if"
+            " llvmlite is installed."
         ),
     ] = DriveCode.AUTO,
 ) -> Fill:

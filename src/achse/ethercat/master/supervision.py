@@ -382,7 +382,7 @@ class Supervision:
         falls = falls + 1 if self._now_ns <= until else 1
         self._falls[slave.position] = falls, self._now_ns + _STEADY_NS
         if falls >= _FALLS:
-            self._fail(slave, f"synchronisation was lost {falls} times")
+            self._fail(slave, f"synchronization was lost {falls} times")
 
     def _fail(self, slave: BusSlave, trouble: str) -> None:
         self._failed_positions.add(slave.position)
