@@ -199,7 +199,7 @@ def waiting(seconds: float) -> tuple[int, int]:
     blocks = round(seconds * 1000 / rows)
     for _ in range(blocks):
         send_queue.put_block(1, payload, CHANNELS + 1, rows)
-    return send_queue.held, blocks * len(payload)
+    return send_queue.buffered_bytes, blocks * len(payload)
 
 
 def main() -> None:
