@@ -302,7 +302,7 @@ class ColdCheck:
         self._kept = project.sources
         typed = check(
             project.declarations,
-            given=lists_of_runtime(files.tasks),
+            predefined=lists_of_runtime(files.tasks),
             reach=project.reach,
             unreached=project.unreached,
         )
@@ -318,7 +318,7 @@ def compare(root: Path, edits: int, seed: int, every: int) -> int:
     draw = random.Random(seed)
     project = DrawnProject(root, draw)
     workspace = Workspace(
-        project.place, given=lists_of_runtime, lint_rules=lambda _: LintOptions().with_all()
+        project.place, predefined=lists_of_runtime, lint_rules=lambda _: LintOptions().with_all()
     )
     cold = ColdCheck(project.place)
     kinds, reaches = Counter[str](), Counter[str]()
