@@ -22,6 +22,7 @@ SHORT: dict[str, tuple[list[str], str]] = {
     "camshaft.py": (["2000"], rf"4 controllers of 128 cams at 1 ms: {NUMBER} s"),
     "cold_start.py": (["1"], rf"import achse +{NUMBER} ms"),
     "costs.py": (["0.05", "32"], rf"request by TCP +station +{NUMBER} µs"),
+    "drawn_edits.py": (["12", "4", "1", "1"], "4 compared, 0 with other findings"),
     "driven_axes.py": (["0.1"], rf"4 axes on drives, kernel: +{NUMBER} × real time"),
     "ethercat_segment.py": (["0.01"], rf"32 +drives LRW\+FRMW +{NUMBER} +{NUMBER} +{NUMBER}"),
     "fleet.py": (["3", "10", "0.1", "3", "0.2"], r"[1-9]\d* writes acknowledged, 0 lost"),

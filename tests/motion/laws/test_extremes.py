@@ -4,7 +4,7 @@ from array import array
 from itertools import pairwise
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from achse.motion.laws.element import ELEMENT, element_at, element_values, elements_of
@@ -80,6 +80,13 @@ SEGMENTS = st.lists(
 
 @settings(max_examples=60, deadline=None)
 @given(SEGMENTS)
+@example(
+    [
+        (1, 1.0, (0.0,) * 7),
+        (1, 1.0, (0.0,) * 7),
+        (11, 14.978515625, (2.113289653105832e-154, *(0.0,) * 6)),
+    ]
+)
 def test_no_sample_is_beyond_and_each_extreme_is_a_value(
     segments: list[tuple[int, float, tuple[float, ...]]],
 ) -> None:

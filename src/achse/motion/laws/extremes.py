@@ -89,7 +89,8 @@ def _root(function: Callable[[float], float], low: float, high: float) -> float:
     """Return the root of a function that changes its sign between `low` and `high`."""
     before, after = function(low), function(high)
     for _ in range(_MOST_STEPS):
-        place = high - after * (high - low) / (after - before)
+        rise = after - before  # 0 where both are too small to halve
+        place = high - after * (high - low) / rise if rise else 0.5 * (low + high)
         if not low < place < high:
             place = 0.5 * (low + high)
             if not low < place < high:

@@ -98,7 +98,12 @@ class SymbolTopics:
         }
 
     async def _serve(self, device: Client, broker: Any) -> None:
-        """Publish and write until the broker is gone."""
+        """Publish and write until the broker is gone.
+
+        A client that has seen a value can write: topics are subscribed before the first value.
+        """
+        for topic in self._writable:
+            await broker.subscribe(topic, qos=1)
         publishing = asyncio.create_task(self._publish_all(device, broker))
         writing = asyncio.create_task(self._write_all(device, broker))
         try:
@@ -143,8 +148,6 @@ class SymbolTopics:
     # to the device -----------------------------------------------------------------------------
 
     async def _write_all(self, device: Client, broker: Any) -> None:
-        for topic in self._writable:
-            await broker.subscribe(topic, qos=1)
         async for message in broker.messages:
             await self._write(device, message)
             await asyncio.sleep(0)  # a flood of refused messages leaves all else its turns
