@@ -152,7 +152,7 @@ def connect(
 ) -> Client:
     """Connect to the device at AMS `port` behind a router; see `achse.connect`.
 
-    Raises `ConnectionLost` if there is no answer.
+    Raises `ConnectionLost` if the router does not answer.
     """
     connecting = client.connect(
         host,

@@ -143,7 +143,7 @@ def connect(
     - `advance`: of a station in virtual time, how to let seconds of it pass, as `station.advance`;
       what waits for an axis then steps the station.
 
-    Raises `ConnectionLost` when entered or awaited, if there is no answer.
+    Raises `ConnectionLost` when entered or awaited, if the router does not answer.
     """
     address = None if source is None else AmsAddress(source)
     named = os.environ.get("ACHSE_HOST", "")

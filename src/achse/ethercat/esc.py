@@ -592,7 +592,7 @@ class Esc:
 
 
 def _nothing() -> None:
-    """Ignore an event: there is no listener yet."""
+    """Ignore an event before a listener is set."""
 
 
 def _plain(first: int, end: int) -> None:

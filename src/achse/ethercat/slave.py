@@ -46,7 +46,7 @@ _ACKNOWLEDGE = 0x10
 _IDENTIFICATION = 0x20
 
 _EMULATION = 0x01
-"""Bit of the ESC configuration: no program behind the controller, which takes over each state."""
+"""Bit of the ESC configuration: the controller takes over states, without a program."""
 _STATES = {int(state): state for state in AlState}
 _LEAST_MAILBOX = 34
 """Shortest mailbox in which the services work."""
@@ -198,7 +198,7 @@ class Slave:
             self._settle(target if code is _NO_ERROR else self.state, code)
 
     def fail(self, code: AlStatus) -> None:
-        """The slave found an error by itself: fall to the code's result state and show it."""
+        """Fall to the result state of an error of the slave, and show its code."""
         self._fall(code)
 
     def _fall(self, code: AlStatus) -> None:
@@ -247,7 +247,7 @@ class Slave:
             self._foe.reset(*lengths)
 
     def _open_process_data(self) -> None:
-        """Connect the process data SyncManagers to the application as the state has it."""
+        """Connect the process data to the application as the state has it."""
         esc = self.esc
         closed = self.state < AlState.SAFEOP
         operating = self.state is AlState.OP
@@ -302,7 +302,7 @@ class Slave:
         return _NO_ERROR
 
     def _check_safe_op(self) -> AlStatus:
-        """Process data as they are mapped, and a cycle for SYNC0 if that is switched on."""
+        """Check process data as mapped, and the cycle of SYNC0 if that is on."""
         code = self._check_process_data()
         clock = self.esc.clock
         if code is _NO_ERROR and clock.sync0_on and not clock.cycle_ns:
@@ -310,7 +310,7 @@ class Slave:
         return code
 
     def _check_sync0(self) -> AlStatus:
-        """SYNC0 comes if it is switched on: it was before its start time, and keeps its place."""
+        """Check that SYNC0 comes: on before its start time, and in its place."""
         clock = self.esc.clock
         lost = clock.sync0_on and (clock.sync0_due_ns is None or clock.astray)
         return AlStatus.SYNCHRONIZATION if lost else _NO_ERROR

@@ -12,12 +12,13 @@ from pathlib import PurePosixPath
 from typing import NamedTuple
 
 from achse.st.declared.resolve import Resolver, generics_of
-from achse.st.declared.scopes import DeclaredUnit, attributes_of
+from achse.st.declared.scopes import DeclaredUnit
 from achse.st.files.forms import Content, has_content
 from achse.st.lexis.source import Diagnostic, Source
 from achse.st.mentions import Mentions, mentions_of
 from achse.st.syntax.parser import Parsed
 from achse.st.syntax.tree import NO_NOTE
+from achse.st.syntax.unit_parts import attributes_of
 from achse.st.syntax.units import Function, GlobalList, Program
 
 _WITH_UNITS = (Content.TEXT, Content.ENVELOPE, Content.EXPORT, Content.PLCOPEN)

@@ -8,12 +8,11 @@ from achse.iec import INT, IecType
 from achse.iec.errors import IecError
 from achse.iec.layout import TC3_X64
 from achse.st.declared.resolve import Resolver
-from achse.st.declared.scopes import DEEPEST, DeclaredUnit, Failed, Scopes, attributes_of
+from achse.st.declared.scopes import DEEPEST, DeclaredUnit, Failed, Scopes
 from achse.st.lexis.codes import Code
 from achse.st.lexis.source import Source
 from achse.st.syntax.cursor import Unexpected
 from achse.st.syntax.parser import parse
-from achse.st.syntax.tree import Note
 
 PROJECT = """
 TYPE E_State : (Idle := 3, Run); END_TYPE
@@ -186,8 +185,3 @@ def test_an_error_of_the_type_system_becomes_one_of_the_source() -> None:
         Scopes.build(refused, 17)
     assert caught.value.at == 17
     assert Scopes.build(lambda: INT, 17) is INT
-
-
-def test_attributes_keep_their_spelling_but_the_one_that_decides_a_layout() -> None:
-    note = Note("", (("Pack_Mode", "1"), ("TcEncoding", "UTF-8"), ("OPC.UA.DA", "1")))
-    assert attributes_of(note) == {"pack_mode": "1", "TcEncoding": "UTF-8", "OPC.UA.DA": "1"}

@@ -225,7 +225,7 @@ class PlcRequests:
             self._end(block, ReturnCode.CLIENT_INVALID_PARAMETER.number)
             return
         wait_ns = round(block.TMOUT.total_seconds() * 1000) * 1_000_000
-        if len(self._open) >= _MOST_OPEN:  # of blocks that are no longer called, or are gone
+        if len(self._open) >= _MOST_OPEN:  # also requests of blocks that no program calls any more
             self._open = {ticket: one for ticket, one in self._open.items() if not one.done}
         block.ticket = self._send_request(
             AmsAddress.of(net_id, block.PORT), outgoing.command, outgoing.request
@@ -272,7 +272,7 @@ class PlcRequests:
 
 
 class _NullPointer(Exception):
-    """Bytes are to be read or written, and there is no address."""
+    """Error of a request that has bytes to read or write, and no address."""
 
 
 def _text(value: Any) -> str:

@@ -62,7 +62,7 @@ class EoeClient:
             self.take(frame)
 
     def send(self, frame: bytes) -> Steps[None]:
-        """Send a frame; there is no acknowledgement."""
+        """Send a frame without acknowledgement."""
         mailbox = self._mailbox
         self._number = self._number + 1 & 0x0F
         try:

@@ -148,7 +148,7 @@ class EsiDevice:
     """The element of the modules in the same file."""
 
     def mode(self, name: str = "") -> EsiMode | None:
-        """Return the mode of that name, by default the first one; None if there are no modes.
+        """Return the mode of that name, by default the first one; None without modes.
 
         Raises `EsiError` for a name that no mode has.
         """

@@ -71,7 +71,7 @@ class Master:
         """The network that slaves with EoE and this process share."""
         self.requested_state = AlState.INIT
         self.redundancy = Redundancy() if bus.redundant else None
-        """Of a ring: it copies frames on their way out and accepts copies on their way back."""
+        """Ring of a redundant bus: it copies frames that leave and accepts copies that return."""
         bring_up = BringUp(bus, self.image, self._reached, self._clock_warning)
         self.supervision = Supervision(
             bus, self.slaves, self.cyclic, self.traffic, bring_up, self._report, self.redundancy

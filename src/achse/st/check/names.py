@@ -18,12 +18,13 @@ from achse.st.check.meanings import (
     UnitName,
 )
 from achse.st.check.operands import TypedOperand, constant_operand, read
-from achse.st.declared.scopes import Declared, DeclaredUnit, Scope, blocks_of
+from achse.st.declared.scopes import Declared, DeclaredUnit, Scope
 from achse.st.graphical.body import UnitPins
 from achse.st.lexis.codes import Code
 from achse.st.syntax.cursor import Unexpected
 from achse.st.syntax.nodes import changed
 from achse.st.syntax.tree import ArrayInitial, StructInitial
+from achse.st.syntax.unit_parts import blocks_of
 from achse.st.syntax.units import (
     Action,
     Function,

@@ -12,11 +12,12 @@ from achse.iec.variables import Section, Variable
 from achse.st.check.frames import VariableFrame
 from achse.st.declared.records import bound_names, instance_member
 from achse.st.declared.resolve import Resolver
-from achse.st.declared.scopes import DeclaredUnit, Failed, Scope, attributes_of
+from achse.st.declared.scopes import DeclaredUnit, Failed, Scope
 from achse.st.lexis.codes import Code
 from achse.st.lexis.source import Source
 from achse.st.syntax.cursor import Unexpected
 from achse.st.syntax.tree import NO_NOTE, Declaration, Initial, Name, TypeSpec, VarBlock
+from achse.st.syntax.unit_parts import attributes_of
 from achse.st.syntax.units import (
     Accessor,
     Action,

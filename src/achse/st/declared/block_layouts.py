@@ -11,8 +11,9 @@ from typing import Any
 
 from achse.iec.layout import LayoutRules, TypeLayout, align, sequential
 from achse.iec.variables import Section, Variable
-from achse.st.declared.scopes import DeclaredUnit, attributes_of
+from achse.st.declared.scopes import DeclaredUnit
 from achse.st.syntax.tree import Note, VarBlock
+from achse.st.syntax.unit_parts import attributes_of
 from achse.st.syntax.units import FunctionBlock
 
 _JOINT = "joint_layout"

@@ -7,7 +7,8 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 from achse.iec.methods import Method, Parameter, Property
-from achse.st.declared.scopes import Scope, attributes_of
+from achse.st.declared.scopes import Scope
+from achse.st.syntax.unit_parts import attributes_of
 from achse.st.syntax.units import Method as MethodTree
 from achse.st.syntax.units import Part
 from achse.st.syntax.units import Property as PropertyTree

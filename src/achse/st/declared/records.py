@@ -18,7 +18,7 @@ from achse.st.declared.block_layouts import (
     type_attributes,
 )
 from achse.st.declared.callables import methods_of, properties_of
-from achse.st.declared.scopes import DeclaredUnit, Failed, Scope, attributes_of
+from achse.st.declared.scopes import DeclaredUnit, Failed, Scope
 from achse.st.declared.start_values import StartValues, start_value
 from achse.st.lexis.codes import Code
 from achse.st.syntax.cursor import Unexpected
@@ -36,6 +36,7 @@ from achse.st.syntax.tree import (
     UnionOf,
     VarBlock,
 )
+from achse.st.syntax.unit_parts import attributes_of
 from achse.st.syntax.units import Accessor, FunctionBlock, Method, Part, Property
 from achse.st.values.initials import InitialValues, NonConstantPart
 

@@ -4,6 +4,7 @@ import re
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import replace
 from enum import IntEnum
+from functools import partial
 from typing import Any
 
 from achse.iec.arrays import ArrayType, Bounds
@@ -35,7 +36,6 @@ from achse.st.declared.scopes import (
     References,
     Scope,
     Scopes,
-    attributes_of,
     parts_of_instance,
 )
 from achse.st.lexis.codes import Code
@@ -60,6 +60,7 @@ from achse.st.syntax.tree import (
     TypeSpec,
     UnionOf,
 )
+from achse.st.syntax.unit_parts import attributes_of
 from achse.st.syntax.units import (
     FunctionBlock,
     GlobalList,
@@ -274,7 +275,7 @@ class Resolver:
             pointer, scope, at = self._pointers.pop()
             try:
                 with self.scopes.inside(scope.source):
-                    self.scopes.build(lambda: pointer.target, at)  # noqa: B023
+                    self.scopes.build(partial(getattr, pointer, "target"), at)
             except Failed:
                 self._dangling.append(pointer)
 

@@ -19,15 +19,12 @@ from achse.st.syntax.cursor import Unexpected
 from achse.st.syntax.outlines import UnitOutline, outline_of
 from achse.st.syntax.parser import Parsed
 from achse.st.syntax.tree import (
-    NO_NOTE,
     Declaration,
     EnumOf,
     NamedType,
-    Note,
-    StructOf,
-    UnionOf,
     VarBlock,
 )
+from achse.st.syntax.unit_parts import blocks_of
 from achse.st.syntax.units import (
     FunctionBlock,
     GlobalList,
@@ -158,27 +155,6 @@ def parts_of_instance(key: str) -> list[str]:
     """Return the names in the key of a block: of a generic one with its constants, of a base with
     the block that it is laid out for."""
     return [key] if "<" not in key else re.split("[<>,]", key)
-
-
-def blocks_of(unit: Unit) -> Sequence[VarBlock]:
-    """Return the variables of a unit; the members of a structure or union are one block."""
-    if isinstance(unit, TypeDeclaration):
-        spec = unit.type
-        if isinstance(spec, StructOf | UnionOf):
-            return (VarBlock("VAR", (), spec.members, NO_NOTE, spec.at),)
-        return ()
-    blocks: Sequence[VarBlock] = getattr(unit, "blocks", ())
-    return blocks
-
-
-def attributes_of(note: Note) -> dict[str, str]:
-    """Attributes by name; the one that decides a layout in its usual spelling."""
-    if not note.attributes:
-        return {}
-    return {
-        name.lower() if name.lower() == "pack_mode" else name: value
-        for name, value in note.attributes
-    }
 
 
 def _by_space(libraries: Mapping[str, Sequence[str]]) -> dict[str, str]:

@@ -42,8 +42,8 @@ def plain_title(title: str) -> str:
 
 
 def references_of(root: Element) -> list[LibraryReference]:
-    """Return the references of a project in order. A placeholder stands for what it is resolved
-    to."""
+    """Return the references of a project in order. A placeholder is
+    replaced by its resolution."""
     resolved: dict[str, str] = {}
     elements: list[Element] = []
     for element in root.walk():

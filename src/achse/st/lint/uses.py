@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from enum import IntFlag
 from typing import Any, TypeAlias
 
-from achse.st.declared.scopes import DeclaredUnit, Scopes, attributes_of, with_bases
+from achse.st.declared.scopes import DeclaredUnit, Scopes, with_bases
 from achse.st.graphical.body import GraphicalBody
 from achse.st.lexis.source import Source
 from achse.st.syntax.nodes import field_names
@@ -32,6 +32,7 @@ from achse.st.syntax.tree import (
     TypeOperand,
     VarBlock,
 )
+from achse.st.syntax.unit_parts import attributes_of
 from achse.st.syntax.units import (
     Accessor,
     Action,

@@ -1,4 +1,4 @@
-"""Meanings of expressions, as far as missing names go: the type that is declared, or the use.
+"""Meanings of expressions with missing names: the declared type, or the use.
 
 Source: IEC 61131-3 (2013) table 19 (calls), 11 (types): what uses say of a declaration.
 """
@@ -66,7 +66,7 @@ _IDENTIFIER = re.compile(r"\w+(?:\.\w+)*", re.ASCII)
 TRUTHS = ("AND", "OR", "XOR", "AND_THEN", "OR_ELSE", "&")
 _COMPARING = ("=", "<>", "<", "<=", ">", ">=")
 _LONG_SUM = 8
-"""Most operands of one expression whose types are looked up."""
+"""Most operands of an expression with types."""
 Sense: TypeAlias = "MissingUse | DeclaredUnit | tuple[TypeSpec, Scope] | None"
 """Meaning of an expression: a missing name, a unit, a declared type with its scope, or none."""
 
@@ -93,10 +93,10 @@ class Meanings:
         self._blocks: dict[str, StructType[Any]] = {}
         """Blocks of symbol files, whose bodies and methods nothing declares."""
         self._opaque: dict[str, IecType[Any]] = {}
-        """Types of symbol files that have a size alone, and interfaces, whose methods none has."""
+        """Types of symbol files with a size alone, and interfaces without methods."""
 
     def is_missing(self, spec: NamedType, scope: Scope) -> bool:
-        """Return True if nothing declares the type of a name, or only the variables of a block."""
+        """Return True if nothing, or a block's variables alone, declare a type."""
         key = (spec.name.lower(), scope.space)
         if key not in self._is_other_by_name:
             try:
@@ -224,7 +224,7 @@ class Meanings:
         return sense if is_known else self.names.setdefault(key, MissingUse(name))
 
     def _anywhere(self, name: str, scope: Scope) -> tuple[bool, Sense]:
-        """Return True if a name without a unit in front is known, and its meaning then."""
+        """Return True if a name alone is known; its meaning."""
         key = name.lower()
         unit = self._scopes.find(name, scope.space)
         if unit is not None:
@@ -248,7 +248,7 @@ class Meanings:
         return False, None
 
     def _inherited(self, name: str, scope: Scope, is_space: bool) -> tuple[bool, Sense]:
-        """Return True if a name is a part of the unit or of its base, and its meaning then."""
+        """Return True if a name is part of a unit or its base; its meaning."""
         entry = self.this
         seen: set[int] = set()
         while entry is not None and id(entry) not in seen:

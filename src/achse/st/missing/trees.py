@@ -12,7 +12,7 @@ from achse.iec.errors import IecError
 from achse.iec.structs import RecordKind, StructType
 from achse.iec.times import TimeType
 from achse.iec.types import IecType
-from achse.st.declared.scopes import Scopes, blocks_of
+from achse.st.declared.scopes import Scopes
 from achse.st.lexis.literals import literal_value
 from achse.st.missing.uses import LONG_TEXT, MissingUse
 from achse.st.syntax.tree import (
@@ -31,6 +31,7 @@ from achse.st.syntax.tree import (
     TypeSpec,
     VarBlock,
 )
+from achse.st.syntax.unit_parts import blocks_of
 from achse.st.syntax.units import Function, GlobalList, Interface, Method, Property, Unit
 
 _PARAMETERS = ("VAR_INPUT", "VAR_OUTPUT", "VAR_IN_OUT")

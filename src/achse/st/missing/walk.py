@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator
 from typing import Any
 
 from achse.st.declared.resolve import Resolver
-from achse.st.declared.scopes import DeclaredUnit, Scope, blocks_of
+from achse.st.declared.scopes import DeclaredUnit, Scope
 from achse.st.graphical.body import GraphicalBody
 from achse.st.missing.meanings import TRUTHS, Meanings, Sense
 from achse.st.missing.trees import (
@@ -52,6 +52,7 @@ from achse.st.syntax.tree import (
     VarBlock,
     While,
 )
+from achse.st.syntax.unit_parts import blocks_of
 from achse.st.syntax.units import (
     Accessor,
     Action,

@@ -9,7 +9,6 @@ import re
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from typing import Any, NamedTuple, TypeAlias
 
-from achse.st.declared.scopes import blocks_of
 from achse.st.syntax.outlines import outline_of
 from achse.st.syntax.tree import (
     ArrayOf,
@@ -23,6 +22,7 @@ from achse.st.syntax.tree import (
     UnionOf,
     VarBlock,
 )
+from achse.st.syntax.unit_parts import blocks_of
 from achse.st.syntax.units import Accessor, Function, Method, Part, Property, TypeDeclaration, Unit
 
 _WORD = re.compile(r"\w+")

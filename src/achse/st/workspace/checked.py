@@ -196,12 +196,12 @@ class CheckedProject:
             return False
         keys = {signature.key for signature in again}
         for name, node in checking.nodes.items():
-            found = (node.faults, node.warnings, node.remarks)
-            if name in keys or not any(found):
+            findings = (node.faults, node.warnings, node.remarks)
+            if name in keys or not any(findings):
                 continue
-            moved = [self._followed(edit, findings) for findings in found]
-            if None not in moved:
-                node.faults, node.warnings, node.remarks = moved  # type: ignore[assignment]
+            faults, warnings, remarks = (self._followed(edit, each) for each in findings)
+            if faults is not None and warnings is not None and remarks is not None:
+                node.faults, node.warnings, node.remarks = faults, warnings, remarks
                 continue
             routine = checking.checked(name)
             if routine is None:

@@ -24,9 +24,10 @@ from achse.st.check.meanings import (
 )
 from achse.st.check.operands import TypedOperand
 from achse.st.check.signatures import Signature
-from achse.st.declared.scopes import Declared, DeclaredUnit, Scope, blocks_of
+from achse.st.declared.scopes import Declared, DeclaredUnit, Scope
 from achse.st.lexis.source import Source
 from achse.st.syntax.tree import Argument, Declaration, EnumOf, Literal, Member, VarBlock
+from achse.st.syntax.unit_parts import blocks_of
 from achse.st.syntax.units import (
     Accessor,
     Action,

@@ -7,6 +7,7 @@ quarters and so on (delta debugging), until none can be left out, or the budget 
 import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import TypeVar
 
 from achse.swarm.worlds.routers import ROUTER_ACTS
@@ -37,13 +38,18 @@ def shrink(
         world = _fewer_clients(world, try_world)
         acts = _fewer(
             world.acts,
-            lambda rest, world=world: try_world(replace(world, acts=rest)),  # type: ignore[misc]
+            partial(_fails_with, world, try_world),
         )
         world = replace(world, acts=acts)
         for simpler in _simpler(world):
             if try_world(simpler):
                 world = simpler
     return world
+
+
+def _fails_with(world: World, fails: Callable[[World], bool], acts: Sequence[Act]) -> bool:
+    """Return True if a world fails with these acts."""
+    return fails(replace(world, acts=tuple(acts)))
 
 
 def _fewer(parts: Sequence[T], fails: Callable[[Sequence[T]], bool]) -> Sequence[T]:

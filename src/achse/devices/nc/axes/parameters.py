@@ -33,7 +33,7 @@ def _hardware(axis: Axis) -> tuple[Any, ...]:
 
 
 def _hardware_extended(axis: Axis) -> tuple[Any, ...]:
-    """Return the same with ids, indices and types; there are no object ids."""
+    """Return the structure with ids, indices and types, without object ids."""
     n = axis.active_control_loop
     encoder = axis.encoder_ids[min(n, len(axis.encoder_ids) - 1)]
     drive = axis.drive_ids[min(n, len(axis.drive_ids) - 1)]

@@ -15,7 +15,7 @@ _FIELDS_OF_ONE = 8
 
 
 def _couple(axis: Axis, *request: Any) -> int:
-    """By one master, or by several: the length decides."""
+    """Couple an axis to one master or to several, by the length of the request."""
     slave_type, *masters = request[:7]
     if len(request) == _FIELDS_OF_ONE:
         return commands.couple(axis, slave_type, *request[1:])
