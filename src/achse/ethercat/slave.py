@@ -3,7 +3,7 @@
 Source: 001 §2.4, §2.5, table 2.10.1.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from functools import partial
 
 from achse.codes import AlState, AlStatus, ErrorLight
@@ -15,28 +15,16 @@ from achse.ethercat.application import (
 )
 from achse.ethercat.clock import Instant
 from achse.ethercat.coe import CoeServer
-from achse.ethercat.description import (
-    LAYOUT,
-    SlaveMemory,
-    SyncManagerArea,
-    SyncManagerLayout,
-    describe,
-)
+from achse.ethercat.configuration_checks import ConfigurationChecks
+from achse.ethercat.description import LAYOUT, SlaveMemory, SyncManagerLayout, describe
 from achse.ethercat.esc import Esc
 from achse.ethercat.foe import FoeServer
 from achse.ethercat.mailbox import MailboxProtocol, MailboxServer
 from achse.ethercat.pdi import AlEvent
 from achse.ethercat.process_buffers import ProcessBuffer, process_buffers
-from achse.ethercat.registers import (
-    DIGITAL_OUTPUTS,
-    RAM_BASE,
-    RESOURCES,
-    ControllerResources,
-    Register,
-)
+from achse.ethercat.registers import RESOURCES, ControllerResources, Register
 from achse.ethercat.sii import build_sii
 from achse.ethercat.statemachine import Light, Transition, request
-from achse.ethercat.syncmanager import SyncManager
 
 _NONE = -1
 """Number of a SyncManager that a slave does not have."""
@@ -48,8 +36,6 @@ _IDENTIFICATION = 0x20
 _EMULATION = 0x01
 """Bit of the ESC configuration: the controller takes over states, without a program."""
 _STATES = {int(state): state for state in AlState}
-_LEAST_MAILBOX = 34
-"""Shortest mailbox in which the services work."""
 
 _OUTPUTS_WITHIN_NS = 100_000_000
 """Longest time that a request for Op waits for the first outputs, ns."""
@@ -120,6 +106,7 @@ class Slave:
         """Time at which `advance` has something to do."""
         image = sii or build_sii(describe(application, layout))
         self.esc = Esc(self, image, resources=resources, alias=alias)
+        self._checks = ConfigurationChecks(application, self.esc, self.memory, self.buffers)
         self._time = self.esc.time
         self._sinks = {each.number: self._operating(each) for each in self._output_buffers}
         self.esc.power_up()
@@ -186,8 +173,7 @@ class Slave:
             self._plan_steps()
             return
         target = transition.target
-        check = _CHECKS.get(transition)
-        code = check(self) if check else _NO_ERROR
+        code = self._checks.before(transition)
         if code is _NO_ERROR:
             code = self.application.enter(target, self.esc.clock.cycle_ns, code)
             if target < self.state:
@@ -265,72 +251,6 @@ class Slave:
                 sync_manager.source = buffer.reader()
             esc.lock(number, closed)
         esc.remapped()
-
-    # checks of a request
-
-    def _check_mailbox(self) -> AlStatus:
-        mailbox = self.memory.mailbox()
-        if mailbox is None:
-            return _NO_ERROR
-        return self._check_mailboxes(mailbox[0][1], mailbox[1][1])
-
-    def _check_bootstrap(self) -> AlStatus:
-        """There is that state, and the mailboxes are those of it."""
-        files = self.application
-        if not (isinstance(files, FileApplication) and files.bootstrap):
-            return AlStatus.NO_BOOTSTRAP
-        return self._check_mailboxes(self.memory.boot_out, self.memory.boot_in)
-
-    def _check_mailboxes(self, out: SyncManagerArea, into: SyncManagerArea) -> AlStatus:
-        for number, area in ((self._mailbox_out, out), (self._mailbox_in, into)):
-            sync_manager = self.esc.sync_managers[number]
-            if not (
-                sync_manager.is_like(area.control)
-                and sync_manager.enabled
-                and sync_manager.start == area.start
-                and min(_LEAST_MAILBOX, area.length) <= sync_manager.length <= area.length
-            ):
-                return AlStatus.MAILBOX_CONFIGURATION
-        return _NO_ERROR
-
-    def _check_process_data(self) -> AlStatus:
-        for buffer in self.buffers:
-            sync_manager, size = self.esc.sync_managers[buffer.number], buffer.size()
-            length = sync_manager.length if sync_manager.enabled else 0
-            if length != size or (size and not self._placed(sync_manager, buffer.area)):
-                return buffer.fault
-        return _NO_ERROR
-
-    def _check_safe_op(self) -> AlStatus:
-        """Check process data as mapped, and the cycle of SYNC0 if that is on."""
-        code = self._check_process_data()
-        clock = self.esc.clock
-        if code is _NO_ERROR and clock.sync0_on and not clock.cycle_ns:
-            return AlStatus.SYNC_CYCLE
-        return code
-
-    def _check_sync0(self) -> AlStatus:
-        """Check that SYNC0 comes: on before its start time, and in its place."""
-        clock = self.esc.clock
-        lost = clock.sync0_on and (clock.sync0_due_ns is None or clock.astray)
-        return AlStatus.SYNCHRONIZATION if lost else _NO_ERROR
-
-    def _placed(self, sync_manager: SyncManager, area: SyncManagerArea) -> bool:
-        """Return True if mode and direction are right, three buffers fit into memory, no mailbox is
-        overlaid."""
-        return (
-            sync_manager.is_like(area.control)
-            and sync_manager.start >= min(area.start, RAM_BASE)
-            and sync_manager.start >= DIGITAL_OUTPUTS
-            and sync_manager.start + 3 * sync_manager.length <= self.esc.ram_end
-            and all(
-                other is sync_manager
-                or not other.guards
-                or sync_manager.end <= other.start
-                or other.end <= sync_manager.start
-                for other in self.esc.sync_managers
-            )
-        )
 
     @property
     def _outputs_valid(self) -> bool:
@@ -440,7 +360,7 @@ class Slave:
         if number in self._places and self._emulated:
             self._open_process_data()
         elif number in self._places and self.state >= AlState.SAFEOP:
-            code = self._check_process_data()
+            code = self._checks.process_data()
             if code is not _NO_ERROR:
                 self._fall(code)
 
@@ -589,12 +509,3 @@ class Slave:
         else:
             self._opening = False
             self._settle(self.state, AlStatus.WATCHDOG)
-
-
-_CHECKS: Mapping[Transition, Callable[[Slave], AlStatus]] = {
-    Transition.IP: Slave._check_mailbox,
-    Transition.IB: Slave._check_bootstrap,
-    Transition.PS: Slave._check_safe_op,
-    Transition.SO: Slave._check_sync0,
-}
-"""Checks of the slave itself before it calls the application, by transition."""
