@@ -89,12 +89,12 @@ def test_a_broken_file_is_refused_or_read_as_far_as_it_goes(
 
 def test_what_is_not_a_recording_is_told(tmp_path: Path) -> None:
     path = tmp_path / "a.scope"
-    for content, told in (
+    for content, message in (
         (b"", "not a recording"),
         (b"PK\3\4" + bytes(40), "not a recording"),
         (b"ACHSCOPE" + struct.pack("<II", 9, 0), "expected version 1, got 9"),
         (b"ACHSCOPE" + struct.pack("<II", 1, 2) + b"[]", "its header is broken"),
     ):
         path.write_bytes(content)
-        with pytest.raises(ScopeError, match=told):
+        with pytest.raises(ScopeError, match=message):
             read_scope(path)

@@ -38,11 +38,11 @@ def test_words_name_a_value(words: str, channel: ScopeChannel) -> None:
 
 
 def test_json_has_every_field() -> None:
-    given = {
+    table = {
         "name": "level", "symbol": "MAIN.n", "port": 852, "type": "INT", "sample_time": 0.01,
         "scale": 0.5, "offset": -1, "unit": "mm", "comment": "two\nlines",
     }  # fmt: skip
-    channel = channel_of(given)
+    channel = channel_of(table)
     assert channel.comment == "two lines"
     assert channel.scaled
     assert channel_of(channel.document()) == channel
@@ -50,7 +50,7 @@ def test_json_has_every_field() -> None:
 
 
 @pytest.mark.parametrize(
-    ("given", "told"),
+    ("document", "message"),
     [
         ("", "expected a symbol"),
         ("500:", "expected a symbol"),
@@ -74,9 +74,9 @@ def test_json_has_every_field() -> None:
         ({"symbol": "a", "offset": 10**400}, "channel.offset: expected a number"),
     ],
 )
-def test_what_names_no_value_is_told(given: Any, told: str) -> None:
-    with pytest.raises(ScopeError, match=told):
-        channel_of(given)
+def test_what_names_no_value_is_told(document: Any, message: str) -> None:
+    with pytest.raises(ScopeError, match=message):
+        channel_of(document)
 
 
 def test_times_have_units() -> None:

@@ -29,7 +29,7 @@ def test_a_definition_survives_its_document() -> None:
 
 
 @pytest.mark.parametrize(
-    ("given", "told"),
+    ("document", "message"),
     [
         ({"chanels": []}, "chanels: no such key, there are name, record_length"),
         ({"name": ""}, "name: expected a text"),
@@ -49,9 +49,9 @@ def test_a_definition_survives_its_document() -> None:
         ({"channels": ["a"], "triggers": ["a rising"] * 65}, "triggers: expected up to 64"),
     ],
 )
-def test_what_cannot_be_is_told(given: dict[str, Any], told: str) -> None:
-    with pytest.raises(ScopeError, match=told):
-        definition_of(given)
+def test_what_cannot_be_is_told(document: dict[str, Any], message: str) -> None:
+    with pytest.raises(ScopeError, match=message):
+        definition_of(document)
 
 
 @pytest.mark.parametrize("text", [b"", b"\xff\0", b"[1]", b"[" * 100_000, b"SCOPE 2 project"])

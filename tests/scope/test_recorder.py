@@ -22,39 +22,39 @@ MS = 1_000_000
 Bind = Callable[[ScopeChannel], ScopeSource]
 
 
-def recorder(bind: Bind, compiled: bool, **given: Any) -> Recorder:
-    return Recorder(definition_of(given), bind, compiled=compiled)
+def recorder_of(bind: Bind, compiled: bool, **document: Any) -> Recorder:
+    return Recorder(definition_of(document), bind, compiled=compiled)
 
 
-def run(made: Recorder, memory: bytearray, begin: int, end: int) -> None:
+def run(recorder: Recorder, memory: bytearray, begin: int, end: int) -> None:
     """Cycles of a ms; the first 4 bytes of the memory are their number."""
     for cycle in range(begin, end):
         memory[:4] = cycle.to_bytes(4, "little")
-        if made.due_ns <= cycle * MS:
-            made.sample(cycle * MS)
+        if recorder.due_ns <= cycle * MS:
+            recorder.sample(cycle * MS)
 
 
 def test_a_trigger_at_a_known_cycle_is_found_there(
     compiled: bool, memory: bytearray, bind: Bind
 ) -> None:
-    made = recorder(
+    recorder = recorder_of(
         *(bind, compiled),
         channels=["UINT32.0"],
         triggers=["UINT32.0 rising 777"],
         record_length=0.1,
         pretrigger=0.4,
     )
-    assert made.state is ScopeState.OFFLINE
-    made.start(0)
-    run(made, memory, 1, 777)
-    assert made.state is ScopeState.RECORDING
-    run(made, memory, 777, 778)
-    assert (made.state, made.trigger_ns) == (ScopeState.TRIGGERED, 777 * MS)
-    run(made, memory, 778, 2000)
-    assert made.state is ScopeState.DONE
-    assert made.online
-    assert made.due_ns == math.inf
-    data = made.data()
+    assert recorder.state is ScopeState.OFFLINE
+    recorder.start(0)
+    run(recorder, memory, 1, 777)
+    assert recorder.state is ScopeState.RECORDING
+    run(recorder, memory, 777, 778)
+    assert (recorder.state, recorder.trigger_ns) == (ScopeState.TRIGGERED, 777 * MS)
+    run(recorder, memory, 778, 2000)
+    assert recorder.state is ScopeState.DONE
+    assert recorder.online
+    assert recorder.due_ns == math.inf
+    data = recorder.data()
     assert data["UINT32.0"].values == list(range(737, 837))
     assert data.trigger_time == 0.04
 
@@ -63,75 +63,75 @@ def test_length_and_sample_time_say_how_many_samples(
     compiled: bool, memory: bytearray, bind: Bind
 ) -> None:
     """0.5 s at 2 ms are 250 samples; the last is 0.498 s after the first (scope facts B.4)."""
-    made = recorder(bind, compiled, channels=["UINT32.0@2ms"], record_length=0.5)
-    made.start(0)
-    run(made, memory, 1, 1000)
-    data = made.data(epoch_ns=10**18)
+    recorder = recorder_of(bind, compiled, channels=["UINT32.0@2ms"], record_length=0.5)
+    recorder.start(0)
+    run(recorder, memory, 1, 1000)
+    data = recorder.data(epoch_ns=10**18)
     assert len(data["UINT32.0"]) == 250
     assert data.end_ns - data.begin_ns == 498 * MS
     assert data.end_ns == 10**18 + 998 * MS
-    assert made.ring_bytes == 2000
+    assert recorder.ring_bytes == 2000
 
 
 def test_a_manual_trigger_needs_a_scope_that_waits(
     compiled: bool, memory: bytearray, bind: Bind
 ) -> None:
-    made = recorder(bind, compiled, channels=["UINT32.0"], record_length=0.01)
+    recorder = recorder_of(bind, compiled, channels=["UINT32.0"], record_length=0.01)
     with pytest.raises(ScopeError, match="it is OFFLINE"):
-        made.trigger(0)
-    made.start(0)
-    run(made, memory, 1, 50)
-    made.trigger(49 * MS)
+        recorder.trigger(0)
+    recorder.start(0)
+    run(recorder, memory, 1, 50)
+    recorder.trigger(49 * MS)
     with pytest.raises(ScopeError, match="it is TRIGGERED"):
-        made.trigger(49 * MS)
-    run(made, memory, 50, 100)
+        recorder.trigger(49 * MS)
+    run(recorder, memory, 50, 100)
     with pytest.raises(ScopeError, match="it is DONE"):
-        made.trigger(99 * MS)
-    assert made.data()["UINT32.0"].values == list(range(49, 59))
-    made.start(99 * MS)
-    run(made, memory, 100, 103)
-    assert made.data()["UINT32.0"].values == [100, 101, 102]
-    made.stop()
-    assert made.due_ns == math.inf
-    assert made.data()["UINT32.0"].values == [100, 101, 102]
+        recorder.trigger(99 * MS)
+    assert recorder.data()["UINT32.0"].values == list(range(49, 59))
+    recorder.start(99 * MS)
+    run(recorder, memory, 100, 103)
+    assert recorder.data()["UINT32.0"].values == [100, 101, 102]
+    recorder.stop()
+    assert recorder.due_ns == math.inf
+    assert recorder.data()["UINT32.0"].values == [100, 101, 102]
 
 
 def test_groups_of_several_sample_times_end_with_the_same_moment(
     compiled: bool, memory: bytearray, bind: Bind
 ) -> None:
-    made = recorder(
+    recorder = recorder_of(
         *(bind, compiled),
         channels=["UINT32.0", {"name": "slow", "symbol": "UINT16.0", "sample_time": 0.007}],
         triggers=["slow above 100"],
         record_length=0.07,
         pretrigger=0.5,
     )
-    made.start(0)
-    run(made, memory, 1, 500)
-    assert made.trigger_ns == 105 * MS
-    assert made.data()["UINT32.0"].values == list(range(70, 140))
-    assert made.data()["slow"].values == list(range(70, 140, 7))
+    recorder.start(0)
+    run(recorder, memory, 1, 500)
+    assert recorder.trigger_ns == 105 * MS
+    assert recorder.data()["UINT32.0"].values == list(range(70, 140))
+    assert recorder.data()["slow"].values == list(range(70, 140, 7))
 
 
 def test_all_triggers_at_once_or_any(compiled: bool, memory: bytearray, bind: Bind) -> None:
-    given = {
+    document = {
         "channels": ["UINT32.0", "UINT8.0"],
         "triggers": ["UINT32.0 above 300", "UINT8.0 inside 10 20"],
         "record_length": 0.01,
     }
     for combine, cycle in (("any", 10), ("all", 256 * 2 + 10)):
-        made = recorder(bind, compiled, combine=combine, **given)
-        made.start(0)
-        run(made, memory, 1, 600)
-        assert made.trigger_ns == cycle * MS
-    given["channels"] = ["UINT32.0", "UINT8.0@2ms"]
+        recorder = recorder_of(bind, compiled, combine=combine, **document)
+        recorder.start(0)
+        run(recorder, memory, 1, 600)
+        assert recorder.trigger_ns == cycle * MS
+    document["channels"] = ["UINT32.0", "UINT8.0@2ms"]
     with pytest.raises(ScopeError, match="combine: all triggers need channels of the same"):
-        recorder(bind, compiled, combine="all", **given)
+        recorder_of(bind, compiled, combine="all", **document)
 
 
 def test_what_cannot_be_bound_is_refused(compiled: bool, bind: Bind) -> None:
     with pytest.raises(ScopeError, match="no symbol STRING"):
-        recorder(bind, compiled, channels=["STRING.0"])
+        recorder_of(bind, compiled, channels=["STRING.0"])
     with pytest.raises(ScopeError, match=r"in whole ticks of 1 ms, got 1\.5"):
         Recorder(
             definition_of({"channels": ["UINT8.0@1500us"]}), bind, compiled=compiled, tick_ns=MS
@@ -139,13 +139,13 @@ def test_what_cannot_be_bound_is_refused(compiled: bool, bind: Bind) -> None:
 
 
 def test_the_length_changes_only_offline(compiled: bool, bind: Bind) -> None:
-    made = recorder(bind, compiled, channels=["UINT8.0"])
-    made.start(0)
+    recorder = recorder_of(bind, compiled, channels=["UINT8.0"])
+    recorder.start(0)
     with pytest.raises(ScopeError, match="only while the scope is offline"):
-        made.resize(made.definition.with_length(1))
-    made.stop()
-    made.resize(made.definition.with_length(1))
-    assert made.facts()["record_length"] == 1
+        recorder.resize(recorder.definition.with_length(1))
+    recorder.stop()
+    recorder.resize(recorder.definition.with_length(1))
+    assert recorder.facts()["record_length"] == 1
 
 
 def test_a_symbol_that_goes_ends_its_channel(compiled: bool, memory: bytearray) -> None:
@@ -158,34 +158,36 @@ def test_a_symbol_that_goes_ends_its_channel(compiled: bool, memory: bytearray) 
         size = SCOPE_TYPES[type].size
         return ScopeSource(MemoryCell(memory, offset, size), SCOPE_TYPES[type], MS)
 
-    made = recorder(bind, compiled, channels=["a", "b", "c"], record_length=0.1)
-    made.find_again()
-    made.start(0)
+    recorder = recorder_of(bind, compiled, channels=["a", "b", "c"], record_length=0.1)
+    recorder.find_again()
+    recorder.start(0)
     memory[:6] = bytes((1, 0, 2, 0, 3, 0))
-    made.sample(MS)
+    recorder.sample(MS)
     del there["a"]
     there["b"] = (10, "UINT16")
     there["c"] = (4, "INT32")
     memory[10] = 9
-    made.find_again()
-    made.find_again()
-    made.sample(2 * MS)
-    data = made.data()
+    recorder.find_again()
+    recorder.find_again()
+    recorder.sample(2 * MS)
+    data = recorder.data()
     assert {name: data[name].values for name in data} == {"a": [1], "b": [2, 9], "c": [3]}
-    lost = {each["name"]: each["lost"] for each in made.facts()["channel_groups"][0]["channels"]}
+    lost = {
+        each["name"]: each["lost"] for each in recorder.facts()["channel_groups"][0]["channels"]
+    }
     assert lost == {"a": "a is not there", "b": "", "c": "is a INT32 now, was UINT16"}
 
 
 def test_the_load_is_what_the_values_cost(compiled: bool, memory: bytearray, bind: Bind) -> None:
-    made = recorder(bind, compiled, channels=["UINT8.0", "UINT8.1@2ms"])
-    assert made.load(0.0, 2.0, 1000.0) == pytest.approx(3e-6)
-    assert made.load(10.0, 0.0, 0.0) == pytest.approx(1.5e-5)
-    made = Recorder(
+    recorder = recorder_of(bind, compiled, channels=["UINT8.0", "UINT8.1@2ms"])
+    assert recorder.load(0.0, 2.0, 1000.0) == pytest.approx(3e-6)
+    assert recorder.load(10.0, 0.0, 0.0) == pytest.approx(1.5e-5)
+    recorder = Recorder(
         definition_of({"channels": ["a@1ms"]}),
         lambda channel: ScopeSource(lambda: b"\0", SCOPE_TYPES["UINT8"], MS),
         compiled=compiled,
     )
-    assert made.load(0.0, 2.0, 1000.0) == pytest.approx(1e-3)
+    assert recorder.load(0.0, 2.0, 1000.0) == pytest.approx(1e-3)
 
 
 def test_minutes_of_64_channels_lose_no_sample_and_take_no_more_memory(
@@ -196,17 +198,17 @@ def test_minutes_of_64_channels_lose_no_sample_and_take_no_more_memory(
         pytest.skip("no compiler")
     place = memoryview(memory).cast("q")
     type = SCOPE_TYPES["INT64"]
-    made = recorder(
+    recorder = recorder_of(
         lambda channel: ScopeSource(MemoryCell(memory, 8 * (int(channel.symbol) % 2), 8), type, MS),
         True,
         channels=[{"name": f"c{n}", "symbol": str(n)} for n in range(64)],
         record_length=61,
     )
     minutes = many(3)
-    made.start(0)
-    [group] = made.groups
-    bytes_of_ring = made.ring_bytes
-    sample, seen = made.sample, 0
+    recorder.start(0)
+    [group] = recorder.groups
+    bytes_of_ring = recorder.ring_bytes
+    sample, seen = recorder.sample, 0
     for minute in range(minutes):
         for cycle in range(60_000 * minute + 1, 60_000 * (minute + 1) + 1):
             place[0] = cycle
@@ -218,7 +220,7 @@ def test_minutes_of_64_channels_lose_no_sample_and_take_no_more_memory(
         assert words[62::64].tolist() == counts
         assert first == seen
         seen += 60_000
-    assert (group.count, made.ring_bytes) == (60_000 * minutes, bytes_of_ring)
+    assert (group.count, recorder.ring_bytes) == (60_000 * minutes, bytes_of_ring)
     assert bytes_of_ring == 64 * 8 * 61_000
     place.release()
 
@@ -269,7 +271,7 @@ def test_any_recording_is_what_a_list_of_all_values_says(
     kind = drawn["kind"]
     bounds = drawn["bounds"][: TRIGGER_KINDS[kind].bounds] if kind else []
     step = dict(zip(names, drawn["steps"], strict=False))
-    made = recorder(
+    recorder = recorder_of(
         bind,
         drawn["compiled"],
         channels=[{"name": n, "symbol": n, "sample_time": step[n] / 1000} for n in names],
@@ -277,22 +279,22 @@ def test_any_recording_is_what_a_list_of_all_values_says(
         record_length=drawn["length"] / 1000,
         pretrigger=drawn["pretrigger"],
     )
-    made.start(drawn["begin"] * MS)
+    recorder.start(drawn["begin"] * MS)
     seen: dict[str, list[tuple[int, float]]] = {name: [] for name in names}
     fired = None
     ends: dict[str, int] = {}
     length_ns, before = drawn["length"] * MS, None
     for cycle in range(drawn["begin"] + 1, 150):
         if cycle == drawn["stop"]:
-            made.stop()
+            recorder.stop()
             break
         for n in range(len(types)):
             word = types[n].word(bool(value(n, cycle)) if types[n].code == "?" else value(n, cycle))
             memory[9 * n : 9 * n + types[n].size] = (word & (1 << 64) - 1).to_bytes(8, "little")[
                 : types[n].size
             ]
-        if made.due_ns <= cycle * MS:
-            made.sample(cycle * MS)
+        if recorder.due_ns <= cycle * MS:
+            recorder.sample(cycle * MS)
         wide = 0
         for n, name in enumerate(names):
             if cycle % step[name] == 0 and cycle * MS < ends.get(name, math.inf):
@@ -305,15 +307,15 @@ def test_any_recording_is_what_a_list_of_all_values_says(
         if wide and fired is None:
             fired = cycle
         elif cycle == drawn["manual"] and fired is None:
-            made.trigger(cycle * MS)
+            recorder.trigger(cycle * MS)
             fired, wide = cycle, 0
         if fired == cycle:
             rest = max(length_ns - round(length_ns * drawn["pretrigger"]), wide * MS, 1)
             for name in names:
                 first = -(-max(cycle, drawn["begin"] + 1) // step[name]) * step[name]
                 ends[name] = first * MS + -(-rest // (step[name] * MS)) * step[name] * MS
-    assert made.trigger_ns == (None if fired is None else fired * MS)
-    data = made.data()
+    assert recorder.trigger_ns == (None if fired is None else fired * MS)
+    data = recorder.data()
     for name in names:
         ring = -(-length_ns // (step[name] * MS))
         last = seen[name][-ring:]

@@ -24,7 +24,7 @@ def test_words_say_what_fires(words: str, trigger: ScopeTrigger) -> None:
 
 
 @pytest.mark.parametrize(
-    ("given", "told"),
+    ("document", "message"),
     [
         ("", "expected CHANNEL KIND"),
         ("rising 3", "expected CHANNEL KIND"),
@@ -42,9 +42,9 @@ def test_words_say_what_fires(words: str, trigger: ScopeTrigger) -> None:
         ({"channel": "a", "kind": "above", "level": None}, "expected a finite number"),
     ],
 )
-def test_what_is_no_trigger_is_told(given: Any, told: str) -> None:
-    with pytest.raises(ScopeError, match=told):
-        trigger_of(given)
+def test_what_is_no_trigger_is_told(document: Any, message: str) -> None:
+    with pytest.raises(ScopeError, match=message):
+        trigger_of(document)
 
 
 @pytest.mark.parametrize(
@@ -60,9 +60,9 @@ def test_each_kind_has_its_band(kind: str, inside: set[int], type: str) -> None:
     row = SCOPE_TYPES[type]
     bounds = (5.0, 6.0)[: TRIGGER_KINDS[kind].bounds]
     band = ScopeTrigger("a", kind, bounds).band(row)
-    found = {
+    bands = {
         value
         for value in (0, 4, 5, 6, 9)
         if (band.low <= row.key(row.word(value)) <= band.high) != band.inverted
     }
-    assert found == inside
+    assert bands == inside
