@@ -56,25 +56,25 @@ class OpenPage:
             pass
         return message
 
-    async def ask(self, name: str, /, **given: Any) -> dict[str, Any]:
+    async def ask(self, name: str, /, **arguments: Any) -> dict[str, Any]:
         """Call, and wait for the answer."""
         self._last += 1
         number = self._last
-        self.say(json.dumps({"id": number, "call": name, "with": given}))
+        self.say(json.dumps({"id": number, "call": name, "with": arguments}))
         answer: dict[str, Any] = await self.until(
             lambda each: isinstance(each, dict) and each.get("id") == number
         )
         return answer
 
-    async def done(self, name: str, /, **given: Any) -> Any:
+    async def done(self, name: str, /, **arguments: Any) -> Any:
         """The result of a call that must be done."""
-        answer = await self.ask(name, **given)
+        answer = await self.ask(name, **arguments)
         assert "error" not in answer, answer
         return answer["result"]
 
-    async def refused(self, name: str, /, **given: Any) -> dict[str, Any]:
+    async def refused(self, name: str, /, **arguments: Any) -> dict[str, Any]:
         """The error of a call that must be refused."""
-        answer = await self.ask(name, **given)
+        answer = await self.ask(name, **arguments)
         assert "error" in answer, answer
         error: dict[str, Any] = answer["error"]
         return error

@@ -35,8 +35,8 @@ class Browser:
         writer.close()
         head, _, body = answer.partition(b"\r\n\r\n")
         first, *rest = head.decode().split("\r\n")
-        found = {key.lower(): value for key, _, value in (line.partition(": ") for line in rest)}
-        return int(first.split()[1]), found, body
+        headers_ = {key.lower(): value for key, _, value in (line.partition(": ") for line in rest)}
+        return int(first.split()[1]), headers_, body
 
     @asynccontextmanager
     async def socket(self, path: str = "/ws", **headers: str) -> AsyncIterator["Socket"]:
@@ -112,9 +112,11 @@ async def test_what_is_not_for_pages(
     shown: Shows, path: str, headers: dict[str, str], expected: int
 ) -> None:
     async with opened(shown) as (_, browser):
-        status, found, _ = await browser.get(path, **headers)
+        status, sent_headers, _ = await browser.get(path, **headers)
         assert status == expected
-        assert found["content-security-policy"] == SECURITY_HEADERS["content-security-policy"]
+        assert (
+            sent_headers["content-security-policy"] == SECURITY_HEADERS["content-security-policy"]
+        )
 
 
 async def test_other_methods_are_refused(shown: Shows) -> None:

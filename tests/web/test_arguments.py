@@ -22,38 +22,38 @@ _ANY = st.one_of(
 
 @given(value=_ANY, least=st.integers(-9, 0), most=st.integers(1, 9))
 def test_each_reader_gives_its_type_or_names_the_field(value: Any, least: int, most: int) -> None:
-    given = Arguments({"field": value})
+    arguments = Arguments({"field": value})
     readers: list[tuple[Any, type]] = [
-        (lambda: given.text("field"), str),
-        (lambda: given.choice("field", ("a", "b")), str),
-        (lambda: given.number("field", None, least, most), float),
-        (lambda: given.integer("field", None, least, most), int),
-        (lambda: given.flag("field"), bool),
-        (lambda: given.names("field"), list),
-        (lambda: given.value("field"), object),
+        (lambda: arguments.text("field"), str),
+        (lambda: arguments.choice("field", ("a", "b")), str),
+        (lambda: arguments.number("field", None, least, most), float),
+        (lambda: arguments.integer("field", None, least, most), int),
+        (lambda: arguments.flag("field"), bool),
+        (lambda: arguments.names("field"), list),
+        (lambda: arguments.value("field"), object),
     ]
     for read, kind in readers:
         try:
-            found = read()
+            result = read()
         except CallError as refusal:
-            found, kind = str(refusal), str
-            assert found.startswith("field: expected ")
-            assert len(found) < 300
-        assert isinstance(found, kind)
+            result, kind = str(refusal), str
+            assert result.startswith("field: expected ")
+            assert len(result) < 300
+        assert isinstance(result, kind)
 
 
 def test_defaults_and_ranges() -> None:
-    given = Arguments({"a": None, "n": 5, "l": ["x", "x", "y"], "t": True})
-    assert "a" not in given
-    assert "n" in given
-    assert given.text("a", "z") == "z"
-    assert given.number("b", 1.5) == 1.5
-    assert given.integer("b", 3) == 3
-    assert given.names("l") == ["x", "y"]
-    assert given.flag("t") is True
+    arguments = Arguments({"a": None, "n": 5, "l": ["x", "x", "y"], "t": True})
+    assert "a" not in arguments
+    assert "n" in arguments
+    assert arguments.text("a", "z") == "z"
+    assert arguments.number("b", 1.5) == 1.5
+    assert arguments.integer("b", 3) == 3
+    assert arguments.names("l") == ["x", "y"]
+    assert arguments.flag("t") is True
     with pytest.raises(CallError, match=r"n: expected a number 0\.\.4, got 5"):
-        given.number("n", None, 0, 4)
+        arguments.number("n", None, 0, 4)
     with pytest.raises(CallError, match=r"l: expected a list of up to 1 names"):
-        given.names("l", 1)
+        arguments.names("l", 1)
     with pytest.raises(CallError, match=r"q: expected a value"):
-        given.value("q")
+        arguments.value("q")

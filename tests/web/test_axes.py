@@ -16,8 +16,8 @@ def row(axis: int, **wanted: Any) -> Callable[[Any], bool]:
     """Whether the row of an axis has these values."""
 
     def right(value: Any) -> bool:
-        found = next(each for each in value if each["id"] == axis)
-        return all(found[key] == pytest.approx(each) for key, each in wanted.items())
+        axis_row = next(each for each in value if each["id"] == axis)
+        return all(axis_row[key] == pytest.approx(each) for key, each in wanted.items())
 
     return right
 
@@ -98,7 +98,7 @@ async def test_what_the_nc_refuses_is_told_with_code_and_name(shown: Shows) -> N
 
 
 @pytest.mark.parametrize(
-    ("fields", "told"),
+    ("fields", "message"),
     [
         ({"axis": 0, "action": "stop"}, "axis: expected a whole number 1..255, got 0"),
         ({"axis": 1, "action": "fly"}, "action: expected enable"),
@@ -108,9 +108,9 @@ async def test_what_the_nc_refuses_is_told_with_code_and_name(shown: Shows) -> N
         ({"axis": 1, "action": "jog", "direction": "up"}, "direction: expected 1, -1 or 0"),
     ],
 )
-async def test_bad_arguments_are_named(shown: Shows, fields: dict[str, Any], told: str) -> None:
+async def test_bad_arguments_are_named(shown: Shows, fields: dict[str, Any], message: str) -> None:
     async with shown() as it, it.page() as page:
-        assert told in (await page.refused("axes.do", **fields))["text"]
+        assert message in (await page.refused("axes.do", **fields))["text"]
 
 
 _ANY = st.one_of(

@@ -10,7 +10,7 @@ from achse.web.watched import WatchedTarget
 from tests.gateway.stations import NET_ID, gateway
 
 
-async def nothing(given: object) -> None:
+async def nothing(arguments: object) -> None:
     """A call."""
 
 

@@ -59,16 +59,16 @@ async def test_drawn_bodies_have_power_and_values(shown: Shows, tmp_path: Path) 
     async with shown(station, settings(project)) as it, it.page() as page:
 
         async def lines(file: str, of: str, wanted: Callable[[Any], bool]) -> Any:
-            given = {"project": 0, "file": file, "of": of, "every": 0.1}
-            watch = (await page.done("watch", topic="drawings", **given))["watch"]
+            arguments = {"project": 0, "file": file, "of": of, "every": 0.1}
+            watch = (await page.done("watch", topic="drawings", **arguments))["watch"]
             return await page.value(watch, wanted)
 
-        given = {"project": 0, "file": "F.st"}
-        assert not (await page.done("sources.read", **given))["is_drawn"]
-        assert (await page.done("sources.read", **given | {"file": "MAIN.TcPOU"}))["is_drawn"]
-        found = await lines("MAIN.TcPOU", "", lambda each: "(" in each[0]["lines"][1])
-        assert [one["name"] for one in found] == ["MAIN", "MAIN.Act"]
-        assert found[0]["lines"][1].strip() == "├═┤ a ├═┤ b ├─( q ) = False"
+        arguments = {"project": 0, "file": "F.st"}
+        assert not (await page.done("sources.read", **arguments))["is_drawn"]
+        assert (await page.done("sources.read", **arguments | {"file": "MAIN.TcPOU"}))["is_drawn"]
+        rows = await lines("MAIN.TcPOU", "", lambda each: "(" in each[0]["lines"][1])
+        assert [one["name"] for one in rows] == ["MAIN", "MAIN.Act"]
+        assert rows[0]["lines"][1].strip() == "├═┤ a ├═┤ b ├─( q ) = False"
         alone = await lines("FB_X.TcPOU", "", bool)
         assert alone[0]["lines"][1].strip() == "├─┤ bOn ├─( q )"
         of_block = await lines("FB_X.TcPOU", "MAIN.f", bool)

@@ -56,7 +56,7 @@ async def test_an_object_is_written_and_set_back(shown: Shows, station: Station)
 
 
 @pytest.mark.parametrize(
-    ("key", "value", "told"),
+    ("key", "value", "message"),
     [
         ("6065:00", -1, "0..4.29497e+09, got -1"),
         ("6065:00", 1 << 32, "expected"),
@@ -72,12 +72,12 @@ async def test_an_object_is_written_and_set_back(shown: Shows, station: Station)
     ],
 )
 async def test_a_wrong_value_is_refused_and_nothing_is_written(
-    shown: Shows, station: Station, key: str, value: Any, told: str
+    shown: Shows, station: Station, key: str, value: Any, message: str
 ) -> None:
     async with shown(station) as it, it.page() as page:
         before = await objects_of(page)
         refusal = await page.refused("drives.write", drive=1001, key=key, value=value)
-        assert told in refusal["text"]
+        assert message in refusal["text"]
         if key in before:
             assert (await objects_of(page))[key]["value"] == before[key]["value"]
 

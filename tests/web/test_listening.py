@@ -45,10 +45,10 @@ async def test_who_does_not_finish_a_request_is_ended(sent: bytes) -> None:
             reader, writer = await asyncio.open_connection("127.0.0.1", port)
             writer.write(sent)
             try:
-                found = await reader.read()
+                rest = await reader.read()
             except ConnectionResetError:
-                found = b""
-            assert found.count(b"HTTP/1.1 200") in (0, sent.count(b"\r\n\r\n"))
+                rest = b""
+            assert rest.count(b"HTTP/1.1 200") in (0, sent.count(b"\r\n\r\n"))
             writer.close()
 
 

@@ -39,12 +39,12 @@ def test_numbers_that_json_does_not_have_are_null() -> None:
 def test_a_call_is_read_or_refused(number: Any, name: Any, fields: Any, head: str) -> None:
     text = head + json.dumps({"id": number, "call": name, "with": fields})
     try:
-        found = request_of(text)
+        request = request_of(text)
     except CallError as refusal:
         assert "expected" in str(refusal)  # noqa: PT017
     else:
         assert not head
-        assert found == (number, name, fields)
+        assert request == (number, name, fields)
 
 
 @pytest.mark.parametrize("text", ["", "7", "[]", "[" * 100_000, '{"id": true, "call": "x"}'])

@@ -25,15 +25,15 @@ def test_files_below_the_folder_and_none_beside_it(tmp_path: Path) -> None:
     (tmp_path / "beside.js").write_text("2")
     (folder / "link.js").symlink_to(tmp_path / "beside.js")
     pages = Pages(folder)
-    found = pages.find("scope/ring.js")
-    assert found is not None
-    assert (found.type, found.data) == ("text/javascript; charset=utf-8", b"1")
+    page = pages.find("scope/ring.js")
+    assert page is not None
+    assert (page.type, page.data) == ("text/javascript; charset=utf-8", b"1")
     for path in ("../beside.js", "scope/../../beside.js", "link.js", "secret.key", "/etc/passwd"):
         assert pages.find(path) is None
     (folder / "scope" / "ring.js").write_text("other")
     changed = pages.find("scope/ring.js")
     assert changed is not None
-    assert changed.tag != found.tag or changed.written == found.written
+    assert changed.tag != page.tag or changed.written == page.written
     (folder / "index.html").unlink()
     assert pages.find("") is None
 

@@ -37,7 +37,7 @@ async def test_a_parameter_is_written_by_its_key(shown: Shows) -> None:
 
 
 @pytest.mark.parametrize(
-    ("key", "value", "told"),
+    ("key", "value", "message"),
     [
         ("4000+1:FFFFFFFF", 1, "key: expected one as `axes.parameters` gives it"),
         ("x", 1, "key: expected one"),
@@ -47,11 +47,13 @@ async def test_a_parameter_is_written_by_its_key(shown: Shows) -> None:
         (None, -1.0, "0x"),
     ],
 )
-async def test_what_cannot_be_written(shown: Shows, key: str | None, value: Any, told: str) -> None:
+async def test_what_cannot_be_written(
+    shown: Shows, key: str | None, value: Any, message: str
+) -> None:
     async with shown() as it, it.page() as page:
         place = key or (await rows_of(page))["max_velocity"]["key"]
         error = await page.refused("axes.write", axis=1, key=place, value=value)
-        assert told in error["text"]
+        assert message in error["text"]
 
 
 async def test_whole_numbers_and_words_of_choices(shown: Shows) -> None:

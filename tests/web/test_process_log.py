@@ -19,10 +19,10 @@ log = logging.getLogger("achse.mill")
 
 @pytest.fixture
 def process_log() -> Iterator[ProcessLog]:
-    made = ProcessLog()
-    made.attach()
-    yield made
-    made.detach()
+    log = ProcessLog()
+    log.attach()
+    yield log
+    log.detach()
 
 
 async def test_a_page_has_lines_from_before_and_new_ones(
@@ -67,20 +67,20 @@ def test_loggers_are_as_before_when_it_ends(level: int, record: int, count: int)
     logger.setLevel(level)
     try:
         handlers = list(logger.handlers)
-        kept = ProcessLog()
-        kept.attach()
+        process_log = ProcessLog()
+        process_log.attach()
         for _ in range(count):
             log.log(record, "a line")
         lines: list[dict[str, Any]] = []
 
         async def follow() -> None:
-            with kept.followed(lines.extend):
+            with process_log.followed(lines.extend):
                 pass
 
         asyncio.run(follow())
         assert len(lines) == (count if record >= logging.INFO else 0)
-        kept.detach()
-        kept.detach()
+        process_log.detach()
+        process_log.detach()
         assert (logger.level, logger.handlers) == (level, handlers)
     finally:
         logger.setLevel(before)

@@ -68,11 +68,11 @@ def test_a_trigger_fires_in_its_row_wherever_blocks_end(
 ) -> None:
     bounds = (low,) if TRIGGER_KINDS[kind].bounds == 1 else (low, low + wide)
     watch = TriggerWatch(ScopeTrigger("c", kind, bounds), 0, REAL)
-    found = []
+    fired = []
     for start, part in ((0, values[:cut]), (cut, values[cut:])):
         rows = SampleRows(0, len(part), struct.pack(f"<{len(part)}d", *part), False)
         row = watch.first(rows, 1)
-        found += [] if row is None else [start + row]
+        fired += [] if row is None else [start + row]
 
     def inside(value: float) -> bool:
         high = bounds[-1]
@@ -94,7 +94,7 @@ def test_a_trigger_fires_in_its_row_wherever_blocks_end(
             fires = before is False and inside(value)
         expected += [row] * fires
     first = [row for row in expected if row < cut][:1] + [row for row in expected if row >= cut][:1]
-    assert found == first
+    assert fired == first
 
 
 class Taken:

@@ -28,14 +28,14 @@ async def test_the_file_is_read_each_time(shown: Shows, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("text", "told"),
+    ("text", "message"),
     [("{", "expected a JSON document"), ("[" * 100_000, "expected a JSON document"),
      (" " * (1 << 20) + "1", "expected up to")],
 )  # fmt: skip
-async def test_what_is_not_a_scene(shown: Shows, tmp_path: Path, text: str, told: str) -> None:
+async def test_what_is_not_a_scene(shown: Shows, tmp_path: Path, text: str, message: str) -> None:
     file = tmp_path / "scene.json"
     file.write_text(text)
     async with shown(settings=WebSettings(scene=file)) as it, it.page() as page:
-        assert told in (await page.refused("scene"))["text"]
+        assert message in (await page.refused("scene"))["text"]
         file.unlink()
         assert "No such file" in (await page.refused("scene"))["text"]

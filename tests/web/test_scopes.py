@@ -30,16 +30,16 @@ class Block:
         self.rows = rows
 
 
-async def blocks(page: Any, scope: int, count: int) -> list[Block]:
+async def read_blocks(page: Any, scope: int, count: int) -> list[Block]:
     """Blocks until there are so many rows, or the end."""
-    found: list[Block] = []
-    while sum(each.rows for each in found) < count:
+    blocks: list[Block] = []
+    while sum(each.rows for each in blocks) < count:
         block = Block(await page.until(lambda each: isinstance(each, bytes)))
         if block.scope == scope:
-            found.append(block)
+            blocks.append(block)
             if block.flags & BlockFlag.END:
                 break
-    return found
+    return blocks
 
 
 async def test_rows_come_in_every_cycle(shown: Shows) -> None:
@@ -50,9 +50,9 @@ async def test_rows_come_in_every_cycle(shown: Shows) -> None:
             {"name": POSITION, "unit": "mm", "type": "REAL64"},
             {"name": COUNTER, "unit": "", "type": "UINT32"},
         ]
-        found = await blocks(page, started["scope"], 500)
-        times = [time for each in found for time in each.columns[0]]
-        counts = [count for each in found for count in each.columns[2]]
+        blocks = await read_blocks(page, started["scope"], 500)
+        times = [time for each in blocks for time in each.columns[0]]
+        counts = [count for each in blocks for count in each.columns[2]]
         assert [round((b - a) * 1000) for a, b in itertools.pairwise(times)] == [2] * (
             len(times) - 1
         )
@@ -70,10 +70,10 @@ async def test_pages_with_the_same_wish_share_a_sampler(shown: Shows) -> None:
             other = await second.done("scope.start", channels=[COUNTER], cycle=0.002)
             assert it.server.handlers.scopes.samplers == 1
             assert other["time_zero"] == one["time_zero"] > 0
-            await blocks(second, other["scope"], 10)
+            await read_blocks(second, other["scope"], 10)
             await first.done("scope.start", channels=[COUNTER, POSITION], cycle=0.002)
             assert it.server.handlers.scopes.samplers == 2
-        await blocks(first, one["scope"], 10)
+        await read_blocks(first, one["scope"], 10)
     assert it.server.handlers.scopes.samplers == 0
 
 
@@ -83,9 +83,9 @@ async def test_pages_that_begin_at_once_share_a_sampler_and_its_encoding(
     """As after a restart of the station, when all pages come back together."""
     encoded: list[SampleRows] = []
 
-    def counted(rows: SampleRows, *given: Any) -> bytes:
+    def counted(rows: SampleRows, *arguments: Any) -> bytes:
         encoded.append(rows)
-        return columns_of(rows, *given)
+        return columns_of(rows, *arguments)
 
     monkeypatch.setattr("achse.web.sampling.columns_of", counted)
     async with shown() as it, AsyncExitStack() as stack:
@@ -94,10 +94,11 @@ async def test_pages_that_begin_at_once_share_a_sampler_and_its_encoding(
             *(page.done("scope.start", channels=[COUNTER], cycle=0.002) for page in pages)
         )
         assert it.server.handlers.scopes.samplers == 1
-        found = [
-            await blocks(page, one["scope"], 100) for page, one in zip(pages, started, strict=True)
+        blocks = [
+            await read_blocks(page, one["scope"], 100)
+            for page, one in zip(pages, started, strict=True)
         ]
-        for each in found:
+        for each in blocks:
             counts = [count for block in each for count in block.columns[1]]
             assert {b - a for a, b in itertools.pairwise(counts)} <= {0.0, 1.0}
         assert len(encoded) == len({id(rows) for rows in encoded})
@@ -143,7 +144,7 @@ async def test_the_row_of_the_trigger_begins_a_block(shown: Shows) -> None:
         started = await page.done("scope.start", channels=[COUNTER], cycle=0.002, trigger=trigger)
         before = 0.0
         while True:
-            [*_, block] = await blocks(page, started["scope"], 1)
+            [*_, block] = await read_blocks(page, started["scope"], 1)
             if block.flags & BlockFlag.TRIGGER:
                 assert before < 200 <= block.columns[1][0]
                 break
@@ -163,14 +164,14 @@ async def test_a_slow_page_gets_gaps_and_holds_nothing_up(shown: Shows) -> None:
         slow.reads.set()
         dropped: list[Block] = []
         while not dropped or not dropped[-1].dropped:
-            dropped += await blocks(slow, started["scope"], 1)
+            dropped += await read_blocks(slow, started["scope"], 1)
         assert any(each.flags & BlockFlag.GAP for each in dropped)
 
 
 async def test_a_recording_is_kept_loaded_and_exported(shown: Shows) -> None:
     async with shown() as it, it.page() as page:
         started = await page.done("scope.start", channels=[COUNTER], cycle=0.002, record=True)
-        await blocks(page, started["scope"], 300)
+        await read_blocks(page, started["scope"], 300)
         path = await page.done("scope.export", scope=started["scope"], format="csv")
         name, data = it.server.handlers.scopes.download(path.rpartition("/")[2])
         assert name == "scope.csv"
@@ -179,9 +180,9 @@ async def test_a_recording_is_kept_loaded_and_exported(shown: Shows) -> None:
         [recording] = await page.done("scope.recordings")
         assert recording == {"name": "recording 1", "channels": [COUNTER], "state": "done"}
         loaded = await page.done("scope.load", name="recording 1")
-        found = await blocks(page, loaded["scope"], 10**9)
-        assert found[-1].flags & BlockFlag.END
-        assert sum(each.rows for each in found) >= 300
+        blocks = await read_blocks(page, loaded["scope"], 10**9)
+        assert blocks[-1].flags & BlockFlag.END
+        assert sum(each.rows for each in blocks) >= 300
         path = await page.done("scope.export", name="recording 1")
         assert it.server.handlers.scopes.download(path.rpartition("/")[2])[0] == "recording-1.csv"
         assert it.server.handlers.scopes.download("else") is None
@@ -197,7 +198,7 @@ async def test_scopes_of_the_station_are_recordings(shown: Shows) -> None:
             name = f"scope {scope.number}: mine"
             assert {"name": name, "channels": None, "state": "recording"} in rows
             loaded = await page.done("scope.load", name=name)
-            assert (await blocks(page, loaded["scope"], 10**9))[-1].flags & BlockFlag.END
+            assert (await read_blocks(page, loaded["scope"], 10**9))[-1].flags & BlockFlag.END
 
 
 async def test_channels_with_other_sample_times_are_loaded_too(shown: Shows) -> None:
@@ -210,9 +211,9 @@ async def test_channels_with_other_sample_times_are_loaded_too(shown: Shows) -> 
             loaded = await page.done("scope.load", name=f"scope {scope.number}: two")
             assert {each["cycle"] for each in loaded["channels"]} == {0.002, 0.01}
             assert loaded["cycle"] == 0.002
-            found = await blocks(page, loaded["scope"], 10**9)
-    assert found[-1].flags & BlockFlag.END
-    assert {len(each.columns) for each in found[:-1]} == {3}
+            blocks = await read_blocks(page, loaded["scope"], 10**9)
+    assert blocks[-1].flags & BlockFlag.END
+    assert {len(each.columns) for each in blocks[:-1]} == {3}
 
 
 @pytest.mark.parametrize(
@@ -261,7 +262,7 @@ async def test_what_can_be_recorded_is_found_with_its_unit(shown: Shows) -> None
 
 
 @pytest.mark.parametrize(
-    ("fields", "told"),
+    ("fields", "message"),
     [
         ({"channels": []}, "channels: expected one at least"),
         ({"channels": "x"}, "channels: expected a list"),
@@ -274,9 +275,9 @@ async def test_what_can_be_recorded_is_found_with_its_unit(shown: Shows) -> None
         ({"channels": [COUNTER], "trigger": {"channel": COUNTER, "kind": "x"}}, "trigger.kind"),
     ],
 )
-async def test_what_cannot_be_recorded(shown: Shows, fields: dict[str, Any], told: str) -> None:
+async def test_what_cannot_be_recorded(shown: Shows, fields: dict[str, Any], message: str) -> None:
     async with shown() as it, it.page() as page:
-        assert told in (await page.refused("scope.start", **fields))["text"]
+        assert message in (await page.refused("scope.start", **fields))["text"]
         assert it.server.handlers.scopes.samplers == 0
         assert "recording" in (await page.refused("scope.load", name="x"))["text"]
         assert "no scope" in (await page.refused("scope.export", scope=3))["text"]

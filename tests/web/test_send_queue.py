@@ -18,14 +18,14 @@ from achse.web.send_queue import (
 
 async def everything(send_queue: PageSendQueue) -> list[str | bytes]:
     """All messages that wait."""
-    found: list[str | bytes] = []
+    messages: list[str | bytes] = []
     while True:
         taking = asyncio.ensure_future(send_queue.take())
         await asyncio.sleep(0)
         if not taking.done():
             taking.cancel()
-            return found
-        found.append(taking.result())
+            return messages
+        messages.append(taking.result())
 
 
 async def test_of_a_state_the_newest_is_sent_and_the_others_are_counted() -> None:
@@ -33,8 +33,8 @@ async def test_of_a_state_the_newest_is_sent_and_the_others_are_counted() -> Non
     for number in range(5):
         send_queue.put_state(3, f'"value":{number}')
     send_queue.put_state(4, '"value":"b"')
-    found = [json.loads(each) for each in await everything(send_queue)]
-    assert found == [
+    report = [json.loads(each) for each in await everything(send_queue)]
+    assert report == [
         {"event": "data", "watch": 3, "lost": 4, "value": 4},
         {"event": "data", "watch": 4, "lost": 0, "value": "b"},
     ]

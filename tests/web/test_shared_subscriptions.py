@@ -25,7 +25,7 @@ class Counted:
         self.started = self.looks = 0
         self.fails = fails
 
-    async def run(self, subscription: SharedSubscription, given: Arguments) -> None:
+    async def run(self, subscription: SharedSubscription, arguments: Arguments) -> None:
         self.started += 1
         while True:
             self.looks += 1
@@ -89,7 +89,7 @@ async def test_a_refusal_is_shown_and_the_target_asked_again() -> None:
 
 
 async def test_who_comes_later_gets_the_lines_before() -> None:
-    async def run(subscription: SharedSubscription, given: Arguments) -> None:
+    async def run(subscription: SharedSubscription, arguments: Arguments) -> None:
         subscription.show_lines(["a", "b"])
         await asyncio.Event().wait()
 

@@ -29,8 +29,8 @@ async def test_code_is_checked_saved_and_taken_over(shown: Shows, project: Path)
         assert read["findings"]["counts"] == {"error": 0, "warning": 0, "unreached": 0}
 
         broken = MAIN.replace("nCount + 1", "nCuont + 1")
-        found = await page.done("sources.check", project=0, file="MAIN.st", texts=[broken])
-        [finding] = found["rows"]
+        result = await page.done("sources.check", project=0, file="MAIN.st", texts=[broken])
+        [finding] = result["rows"]
         assert (finding["kind"], finding["line"], finding["column"]) == ("error", 5, 11)
         assert "nCuont" in finding["text"]
         assert (project / "MAIN.st").read_text() == MAIN  # a draft is not saved
@@ -53,8 +53,8 @@ async def test_places_of_findings_lie_in_sections(shown: Shows, project: Path) -
         read = await page.done("sources.read", project=0, file="F_Twice.TcPOU")
         declaration, body = (each["text"] for each in read["sections"])
         texts = ["\n\n" + declaration, body + "\n  F_Twice := wrong;"]
-        found = await page.done("sources.check", project=0, file="F_Twice.TcPOU", texts=texts)
-        [row] = [each for each in found["rows"] if "wrong" in each["text"]]
+        result = await page.done("sources.check", project=0, file="F_Twice.TcPOU", texts=texts)
+        [row] = [each for each in result["rows"] if "wrong" in each["text"]]
         assert (row["file"], row["section"]) == ("F_Twice.TcPOU", 1)
         assert (row["line"], row["column"]) == (2, 14)
 
@@ -66,8 +66,8 @@ async def test_a_draft_that_is_left_is_forgotten(shown: Shows, project: Path) ->
         assert read["findings"]["rows"] == []
         texts = [each["text"] for each in read["sections"]]
         await page.done("sources.check", project=0, file="MAIN.st", texts=["PROGRAM MAIN\nwrong"])
-        found = await page.done("sources.check", project=0, file="F_Twice.TcPOU", texts=texts)
-        assert found["rows"] == []
+        result = await page.done("sources.check", project=0, file="F_Twice.TcPOU", texts=texts)
+        assert result["rows"] == []
 
 
 async def test_what_other_programs_do_to_the_files_is_seen(shown: Shows, project: Path) -> None:
@@ -106,6 +106,6 @@ async def test_a_longer_list_of_findings_is_counted(
     monkeypatch.setattr(source_project, "MOST_FINDINGS", 3)
     async with shown(station(project), settings(project)) as it, it.page() as page:
         body = MAIN.replace("nCount := nCount + 1;", "a := 1;\n" * 10)
-        found = await page.done("sources.check", project=0, file="MAIN.st", texts=[body])
-        assert (len(found["rows"]), found["counts"]["error"]) == (3, 10)
+        result = await page.done("sources.check", project=0, file="MAIN.st", texts=[body])
+        assert (len(result["rows"]), result["counts"]["error"]) == (3, 10)
     assert "source_project" not in vars(sources)  # loaded by the first call alone

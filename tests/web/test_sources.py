@@ -37,11 +37,11 @@ async def test_what_is_refused(shown: Shows, project: Path) -> None:
             refusal = await page.refused("sources.read", project=0, file=file)
             assert "expected a source of the project" in refusal["text"]
         await page.refused("sources.read", project=1, file="MAIN.st")
-        given = {"project": 0, "file": "MAIN.st", "tag": read["tag"]}
+        arguments = {"project": 0, "file": "MAIN.st", "tag": read["tag"]}
         for texts in (1, [1], ["a", "b"], ["x" * (LONGEST_CODE + 1)]):
-            await page.refused("sources.save", texts=texts, **given)
+            await page.refused("sources.save", texts=texts, **arguments)
         (project / "MAIN.st").write_text(MAIN + "(* another editor *)")
-        refusal = await page.refused("sources.save", texts=["x"], **given)
+        refusal = await page.refused("sources.save", texts=["x"], **arguments)
         assert "read it again" in refusal["text"]
         assert (project / "MAIN.st").read_text().endswith("(* another editor *)")
 
@@ -49,19 +49,19 @@ async def test_what_is_refused(shown: Shows, project: Path) -> None:
 async def test_a_page_that_types_is_told_what_others_wrote(shown: Shows, project: Path) -> None:
     served = shown(station(project), settings(project))
     async with served as it, it.page() as one, it.page() as other:
-        given = {"project": 0, "file": "MAIN.st"}
-        tag = (await one.done("sources.read", **given))["tag"]
-        await other.done("sources.read", **given)
+        arguments = {"project": 0, "file": "MAIN.st"}
+        tag = (await one.done("sources.read", **arguments))["tag"]
+        await other.done("sources.read", **arguments)
         typed = [MAIN + "(* one *)"]
-        found = await one.done("sources.check", texts=typed, tag=tag, **given)
-        assert not found["is_changed"]
-        await other.done("sources.save", texts=[MAIN + "(* other *)"], tag=tag, **given)
-        found = await one.done("sources.check", texts=typed, tag=tag, **given)
-        assert found["is_changed"]
-        await one.refused("sources.save", texts=typed, tag=tag, **given)
+        result = await one.done("sources.check", texts=typed, tag=tag, **arguments)
+        assert not result["is_changed"]
+        await other.done("sources.save", texts=[MAIN + "(* other *)"], tag=tag, **arguments)
+        result = await one.done("sources.check", texts=typed, tag=tag, **arguments)
+        assert result["is_changed"]
+        await one.refused("sources.save", texts=typed, tag=tag, **arguments)
         assert (project / "MAIN.st").read_text() == MAIN + "(* other *)"
         (project / "MAIN.st").unlink()
-        refusal = await one.refused("sources.check", texts=typed, tag=tag, **given)
+        refusal = await one.refused("sources.check", texts=typed, tag=tag, **arguments)
         assert "MAIN.st" in refusal["text"]
 
 
@@ -69,8 +69,8 @@ async def test_pages_that_may_only_look_do_not_write(shown: Shows, project: Path
     only = settings(project, read_only=True)
     async with shown(station(project), only) as it, it.page() as page:
         read = await page.done("sources.read", project=0, file="MAIN.st")
-        given = {"project": 0, "file": "MAIN.st", "texts": ["x"], "tag": read["tag"]}
-        assert "may only look" in (await page.refused("sources.save", **given))["text"]
+        arguments = {"project": 0, "file": "MAIN.st", "texts": ["x"], "tag": read["tag"]}
+        assert "may only look" in (await page.refused("sources.save", **arguments))["text"]
         assert "may only look" in (await page.refused("sources.apply"))["text"]
         assert (project / "MAIN.st").read_text() == MAIN
 

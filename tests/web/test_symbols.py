@@ -75,10 +75,10 @@ async def test_the_tree_level_by_level(shown: Shows) -> None:
 
 async def test_a_search_looks_at_names_members_and_comments(shown: Shows) -> None:
     async with shown() as it, it.page() as page:
-        found = (await page.done("symbols.list", search="axes.x actual velocity"))["rows"]
-        assert [each["path"] for each in found] == ["500:Axes.X.ActVelo"]
-        found = (await page.done("symbols.list", search="stpoint."))["rows"]
-        assert found
+        rows = (await page.done("symbols.list", search="axes.x actual velocity"))["rows"]
+        assert [each["path"] for each in rows] == ["500:Axes.X.ActVelo"]
+        rows = (await page.done("symbols.list", search="stpoint."))["rows"]
+        assert rows
         assert (await page.done("symbols.list", search="nothing like it")) == {
             "rows": [],
             "more": 0,
@@ -123,8 +123,8 @@ async def test_many_symbols_leave_the_loop_its_turns(shown: Shows) -> None:
                 await asyncio.sleep(0)
 
         counting = asyncio.create_task(count())
-        found = await it.server.handlers.symbols.search("main.n1999", 10)
-        assert [each.name for each in found] == ["MAIN.n1999"]
+        symbols = await it.server.handlers.symbols.search("main.n1999", 10)
+        assert [each.name for each in symbols] == ["MAIN.n1999"]
         indexed = turns
         assert indexed >= 10
         rows = await _level(roots.values(), "main.", "MAIN")

@@ -53,8 +53,8 @@ async def test_a_part_program_is_watched_and_its_path_kept(shown: Shows) -> None
         assert plan["state"] == "whole"
         assert len(plan["points"]) > 3
         assert plan["points"][0][:3] == [0.0, 0.0, 0.0]
-        told = (await page.value(watch, lambda each: each["state"] == "READY"))["plan"]
-        assert (told["number"], told["block"]) == (plan["number"], 0)
+        ready = (await page.value(watch, lambda each: each["state"] == "READY"))["plan"]
+        assert (ready["number"], ready["block"]) == (plan["number"], 0)
         await page.done("channels.do", channel=number, action="start")
         await page.value(watch, lambda each: each["plan"]["block"] > 0)
         await page.value(watch, lambda each: each["positions"][0] != 0.0)
