@@ -88,11 +88,11 @@ def signed(name: str, *addresses: str, by: str = "authority") -> OwnCertificate:
 
 def signed_for(name: str, first: int, last: int) -> OwnCertificate:
     """One that is valid from so many days from now to so many days from now."""
-    made = signed(name)
+    certificate = signed(name)
     file = _folder() / f"{name}-{first}-{last}.crt"
     pem = serialization.Encoding.PEM
     file.write_bytes(_certificate(name, (), "authority", (first, last)).public_bytes(pem))
-    return OwnCertificate.load(file, made.key)
+    return OwnCertificate.load(file, certificate.key)
 
 
 def authority_without(*revoked: OwnCertificate) -> bytes:

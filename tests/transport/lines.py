@@ -54,12 +54,12 @@ class Cable:
 @contextlib.contextmanager
 def cable(fault: Fault = lambda data: [data]) -> Iterator[Cable]:
     """A cable in the running loop."""
-    made = Cable(fault)
-    made.plug_in()
+    cable = Cable(fault)
+    cable.plug_in()
     try:
-        yield made
+        yield cable
     finally:
-        made.close()
+        cable.close()
 
 
 def noisy(dice: random.Random, loss: float, harm: float, twice: float) -> Fault:

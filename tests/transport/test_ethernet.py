@@ -19,15 +19,15 @@ ETHERTYPE = 0x88B5  # for local experiments
 
 @pytest.fixture
 def link() -> Iterator[UdpLink]:
-    made = UdpLink("127.0.0.1", 0)
-    yield made
-    made.close()
+    link = UdpLink("127.0.0.1", 0)
+    yield link
+    link.close()
 
 
 @pytest.fixture
 def peer() -> Iterator[socket.socket]:
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as made:
-        yield made
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as peer:
+        yield peer
 
 
 def test_a_udp_packet_is_answered_to_its_sender(link: UdpLink, peer: socket.socket) -> None:

@@ -14,11 +14,11 @@ linux = pytest.mark.skipif(sys.platform != "linux", reason="asks the drivers of 
 @linux
 @pytest.mark.parametrize(("interface", "up"), [("lo", True), ("no-such", False), ("x" * 40, False)])
 def test_an_interface_that_is_there_has_a_link(interface: str, up: bool) -> None:
-    asked = LinkState(interface)
+    state = LinkState(interface)
     try:
-        assert [asked.up, asked.up] == [up, up]
+        assert [state.up, state.up] == [up, up]
     finally:
-        asked.close()
+        state.close()
 
 
 @pytest.mark.parametrize(
@@ -31,13 +31,13 @@ def test_a_driver_that_does_not_tell_has_one(
         raise OSError(number, "refused")
 
     monkeypatch.setattr(link_state, "ioctl", refuse)
-    asked = LinkState("lo")
-    assert asked.up is up
-    asked.close()
+    state = LinkState("lo")
+    assert state.up is up
+    state.close()
 
 
 def test_elsewhere_a_link_is_taken_for_granted(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(link_state, "ioctl", None)
-    asked = LinkState("anything")
-    assert asked.up
-    asked.close()
+    state = LinkState("anything")
+    assert state.up
+    state.close()

@@ -30,10 +30,12 @@ def at(port: int, *, udp: bool = False) -> ModbusPeer:
 
 def test_one_connection_for_all_requests(client: ModbusClient) -> None:
     with tcp_device(lambda unit, pdu: bytes((unit, *pdu))) as device:
-        asked = [
+        futures = [
             client.request(at(device.port), 7, bytes((number, 1)), LONG) for number in range(50)
         ]
-        assert [each.result() for each in asked] == [bytes((7, number, 1)) for number in range(50)]
+        assert [each.result() for each in futures] == [
+            bytes((7, number, 1)) for number in range(50)
+        ]
         assert device.connections == 1
         assert device.requests == [bytes((number, 1)) for number in range(50)]
 
@@ -113,10 +115,10 @@ def test_datagrams_that_are_not_modbus(client: ModbusClient) -> None:
 
 def test_too_many_requests_for_one_device_are_refused(client: ModbusClient) -> None:
     with tcp_device(lambda unit, pdu: None) as device:
-        asked = [client.request(at(device.port), 1, b"ab", LONG) for _ in range(65)]
+        futures = [client.request(at(device.port), 1, b"ab", LONG) for _ in range(65)]
         with pytest.raises(ModbusBusyError):
-            asked[64].result()
-        assert not asked[0].done()
+            futures[64].result()
+        assert not futures[0].done()
 
 
 def test_devices_asked_least_recently_lose_their_connections(client: ModbusClient) -> None:
@@ -130,10 +132,10 @@ def test_devices_asked_least_recently_lose_their_connections(client: ModbusClien
 
 def test_the_end_cancels_what_is_under_way(client: ModbusClient) -> None:
     with tcp_device(lambda unit, pdu: None) as device:
-        asked: Future[bytes] = client.request(at(device.port), 1, b"ab", LONG)
+        future: Future[bytes] = client.request(at(device.port), 1, b"ab", LONG)
         client.close()
         with pytest.raises(CancelledError):
-            asked.result(LONG)
+            future.result(LONG)
 
 
 def test_it_begins_again_after_an_end(client: ModbusClient) -> None:

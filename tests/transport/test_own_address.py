@@ -22,31 +22,33 @@ def test_a_listener_at_all_addresses_has_that_of_the_default_route(host: str) ->
     probe = mock.MagicMock(spec=socket.socket)
     probe.__enter__.return_value = probe
     probe.getsockname.return_value = ("198.51.100.4", 40000)
-    with mock.patch("achse.transport.own_address.socket.socket", return_value=probe) as made:
+    with mock.patch(
+        "achse.transport.own_address.socket.socket", return_value=probe
+    ) as socket_class:
         assert address_for_others(host) == "198.51.100.4"
-    made.assert_called_once_with(socket.AF_INET, socket.SOCK_DGRAM)
+    socket_class.assert_called_once_with(socket.AF_INET, socket.SOCK_DGRAM)
     probe.send.assert_not_called()
     probe.sendto.assert_not_called()
 
 
 @pytest.mark.parametrize(
-    ("found", "told"), [("198.51.100.9", "198.51.100.9"), (OSError("unknown"), "::")]
+    ("address", "message"), [("198.51.100.9", "198.51.100.9"), (OSError("unknown"), "::")]
 )
-def test_without_a_route_the_host_name_counts(found: str | OSError, told: str) -> None:
+def test_without_a_route_the_host_name_counts(address: str | OSError, message: str) -> None:
     with (
         mock.patch("achse.transport.own_address.socket.socket", side_effect=OSError),
         mock.patch.object(own_address, "_interface_address", return_value=""),
-        mock.patch("achse.transport.own_address.socket.gethostbyname", side_effect=[found]),
+        mock.patch("achse.transport.own_address.socket.gethostbyname", side_effect=[address]),
     ):
-        assert address_for_others("::") == told
+        assert address_for_others("::") == message
 
 
 def test_this_computer_listens_at_the_address_that_is_told() -> None:
-    told = address_for_others("0.0.0.0")
-    assert ipaddress.ip_address(told)
+    address = address_for_others("0.0.0.0")
+    assert ipaddress.ip_address(address)
     with (
         socket.create_server(("0.0.0.0", 0)) as server,
-        socket.create_connection((told, server.getsockname()[1])) as client,
+        socket.create_connection((address, server.getsockname()[1])) as client,
     ):
         assert client.getpeername()[1] == server.getsockname()[1]
 

@@ -65,8 +65,8 @@ async def test_a_search_finds_the_router_and_keeps_its_invoke_id() -> None:
 
 async def test_a_search_waits_for_all_and_tells_each_once() -> None:
     async with endpoint() as router:
-        found = await scan(["127.0.0.1", "127.0.0.1"], seconds=0.2, port=router.port)
-        assert found == [(INFO, "127.0.0.1")]
+        answers = await scan(["127.0.0.1", "127.0.0.1"], seconds=0.2, port=router.port)
+        assert answers == [(INFO, "127.0.0.1")]
 
 
 async def test_where_nobody_is_nobody_is_found() -> None:

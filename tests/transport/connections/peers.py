@@ -124,11 +124,11 @@ class Refused:
 
 
 def listener(loop: Loop, **settings: Any) -> TcpListener:
-    found: Any = TcpListener(Router(OURS), **settings)
-    found.begin(loop)
-    found._refusals = Refused()
-    found.router.register(851, Device(found.router))
-    return found  # type: ignore[no-any-return]
+    listener: Any = TcpListener(Router(OURS), **settings)
+    listener.begin(loop)
+    listener._refusals = Refused()
+    listener.router.register(851, Device(listener.router))
+    return listener  # type: ignore[no-any-return]
 
 
 def dial(station: TcpListener, host: str = "10.0.0.1", port: int = 1) -> tuple[Peer, Wire]:

@@ -13,10 +13,10 @@ class Peer:
     """Notes what it is told."""
 
     def __init__(self) -> None:
-        self.told: list[Any] = []
+        self.calls: list[Any] = []
 
     def __getattr__(self, name: str) -> Any:
-        return lambda *arguments, **settings: self.told.append(
+        return lambda *arguments, **settings: self.calls.append(
             (name, *arguments, *settings.items())
         )
 
@@ -43,7 +43,7 @@ def test_each_event_reaches_the_peer(name: Any, where: tuple[Any, ...]) -> None:
     connection.resume_writing()
     connection.eof_received()
     connection.connection_lost(None)
-    assert peer.told == [
+    assert peer.calls == [
         ("begin", transport, *where, ("counts", True)),
         ("receive", b"bytes"),
         ("count",),

@@ -36,7 +36,7 @@ def connected() -> tuple[Host, Peer, End]:
 @given(st.lists(st.tuples(st.booleans(), st.integers(0, 0xFFFF)), max_size=12))
 def test_ports_are_registered_answered_and_freed(steps: list[tuple[bool, int]]) -> None:
     host, peer, end = connected()
-    held: list[int] = []
+    ports: list[int] = []
     for register, port in steps:
         before = len(end.written)
         word = port.to_bytes(2, "little")
@@ -44,19 +44,19 @@ def test_ports_are_registered_answered_and_freed(steps: list[tuple[bool, int]]) 
         peer.receive(TcpMessage(command, word).encode_tcp())
         host.loop.run()
         answer = end.written[before:]
-        if register and port in held:
+        if register and port in ports:
             assert not peer.connected
-            held.clear()
+            ports.clear()
         elif register:
             address = AmsAddress(answer[6:])
             assert answer[:6] == bytes.fromhex("001008000000")
             assert address.net_id == OURS
             assert address.port == (port or address.port)
-            held.append(address.port)
-        elif port in held:
-            held.remove(port)
-            assert peer.connected == bool(held)
-        assert host.router.ports == sorted(held)
+            ports.append(address.port)
+        elif port in ports:
+            ports.remove(port)
+            assert peer.connected == bool(ports)
+        assert host.router.ports == sorted(ports)
         if not peer.connected:
             return
 

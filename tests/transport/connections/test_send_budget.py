@@ -50,11 +50,11 @@ def test_however_sizes_change_the_sum_holds(limit: int, steps: list[tuple[int, i
     """Growth is told, shrinking sometimes."""
     budget = SendBudget(limit)
     keepers = [Keeps() for _ in range(10)]
-    for number, size, told in steps:
+    for number, size, message in steps:
         keeper = keepers[number]
         grows = size > keeper.buffered_bytes
         keeper.buffered_bytes = size
-        if grows or told:
+        if grows or message:
             budget.count(keeper, size)
         total = sum(keeper.buffered_bytes for keeper in keepers)
         assert total <= budget.total or any(keeper.cuts for keeper in keepers)

@@ -28,8 +28,8 @@ def test_what_is_missing_and_what_is_lost(caplog: pytest.LogCaptureFixture) -> N
     assert rights.missing(Frame(PLC, CLIENT, Command.NOTIFICATION, 4, 0, 1, b"")) == NO_RIGHTS
     for missing in (Right.WRITE, Right.WRITE, Right.WRITE | Right.STATE):
         rights.report(CLIENT, missing, "10.0.0.1:1")
-    told = [line.getMessage() for line in caplog.records]
-    assert [text.partition(" here")[0] for text in told] == [
+    messages = [line.getMessage() for line in caplog.records]
+    assert [text.partition(" here")[0] for text in messages] == [
         f"{CLIENT} may not write",
         f"{CLIENT} may not write, state",
     ]

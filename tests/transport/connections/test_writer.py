@@ -69,16 +69,16 @@ def test_whatever_connections_do_what_is_kept_stays_within_the_limits(
     station = listener(
         loop, send_budget=SendBudget(limit), max_backlog=backlog, max_connections=8, max_per_host=5
     )
-    made: list[tuple[Peer, Wire, AmsAddress]] = []
+    peers: list[tuple[Peer, Wire, AmsAddress]] = []
     good, good_wire = dial(station, "10.9.9.9")
     for number, (what, which, size) in enumerate(steps, 1):
         if what == "dial":
             host = f"10.0.0.{which % 3}"
             address = AmsAddress(f"{host}.1.1:3000{which % 5}")
-            made.append((*dial(station, host, number), address))
-            made[-1][1].reads = which % 4 == 3
-        elif made:
-            connection, wire, address = made[which % len(made)]
+            peers.append((*dial(station, host, number), address))
+            peers[-1][1].reads = which % 4 == 3
+        elif peers:
+            connection, wire, address = peers[which % len(peers)]
             if what == "ask" and not wire.gone:
                 connection.receive(request(size, address))
             elif what == "half" and not wire.gone:
@@ -101,21 +101,21 @@ def test_whatever_connections_do_what_is_kept_stays_within_the_limits(
             loop.run(size / KB / 1000)
         good.receive(request(10, AmsAddress("10.9.9.9.1.1:30000")))
         assert good_wire.came == number * (38 + 10)
-        every = [(good, good_wire), *((each, wire) for each, wire, _ in made)]
-        kept = [
+        every = [(good, good_wire), *((each, wire) for each, wire, _ in peers)]
+        buffered = [
             each.write_buffer.size
             + each.write_buffer.delayed_size
             + each._stream.pending
             + wire.waiting
             for each, wire in every
         ]
-        assert sum(kept) <= limit + len(every) * writer._SMALL
+        assert sum(buffered) <= limit + len(every) * writer._SMALL
         assert station.send_budget.total <= limit
         assert max(wire.waiting for _, wire in every) <= backlog + writer._FLUSH_SIZE
         assert len(station.connections) <= 8
         assert max(station._per_host.values()) <= 5
         assert sum(station._per_host.values()) == len(station.connections)
-    for each, wire, _ in made:
+    for each, wire, _ in peers:
         each.abort()
         wire.abort()
     loop.run(10)

@@ -22,22 +22,22 @@ class User:
     """Notes what it is told."""
 
     def __init__(self) -> None:
-        self.told: list[Any] = []
+        self.events: list[Any] = []
 
     def joined(self) -> None:
-        self.told.append("joined")
+        self.events.append("joined")
 
     def parted(self, reason: str) -> None:
-        self.told.append("parted")
+        self.events.append("parted")
 
     def came(self, net_id: NetId, note: RouterNote) -> None:
-        self.told.append(("came", net_id, note.name))
+        self.events.append(("came", net_id, note.name))
 
     def left(self, net_id: NetId) -> None:
-        self.told.append(("left", net_id))
+        self.events.append(("left", net_id))
 
     def received(self, message: bytes) -> None:
-        self.told.append(message)
+        self.events.append(message)
 
 
 async def until(condition: Callable[[], object]) -> None:
@@ -70,10 +70,10 @@ async def test_routers_see_each_other_come_and_go() -> None:
     async with network(broker, PRESS, "press") as (press, seen):
         async with network(broker, PANEL, "panel") as (panel, other):
             await until(lambda: panel.partners and press.partners)
-            assert other.told == ["joined", ("came", PRESS, "press")]
-            assert seen.told == ["joined", ("came", PANEL, "panel")]
+            assert other.events == ["joined", ("came", PRESS, "press")]
+            assert seen.events == ["joined", ("came", PANEL, "panel")]
         await until(lambda: not press.partners)
-        assert seen.told[-1] == ("left", PANEL)
+        assert seen.events[-1] == ("left", PANEL)
     assert all(b"false" in payload for payload in broker.retained.values())
     assert set(broker.retained) == {INFO.format(PRESS), INFO.format(PANEL)}
 
@@ -109,7 +109,7 @@ async def test_messages_go_by_their_topics() -> None:
         assert press.send(PANEL, b"request", back=False)
         assert press.unsent == 7
         assert press.send(PANEL, b"answer", back=True)
-        await until(lambda: b"answer" in seen.told)
+        await until(lambda: b"answer" in seen.events)
         assert broker.published[-2:] == [
             (f"plant/{PANEL}/ams", b"request", 2, False),
             (f"plant/{PANEL}/ams/res", b"answer", 2, False),
@@ -145,12 +145,12 @@ async def test_a_broken_connection_leaves_nobody_online_and_is_made_again(
         broker.up = False
         broker.restart()
         await until(lambda: not press.online)
-        assert ("left", PANEL) in seen.told[-3:]
-        assert seen.told[-1] == "parted"
+        assert ("left", PANEL) in seen.events[-3:]
+        assert seen.events[-1] == "parted"
         assert not press.send(PANEL, b"lost", back=False)
         broker.up = True
         await until(lambda: press.online and press.partners)
-        assert seen.told.count("joined") == 2
+        assert seen.events.count("joined") == 2
 
 
 async def test_too_many_routers_are_told_once(
@@ -186,7 +186,7 @@ async def test_who_is_said_to_be_offline_says_that_it_is_not(
         lie = RouterNote(online=False, name="press").encode()
         for _ in range(100):
             broker.publish(INFO.format(PRESS), lie, 2, not no_retain)
-        await until(lambda: ("left", PRESS) in seen.told)
+        await until(lambda: ("left", PRESS) in seen.events)
         await until(lambda: PRESS in panel.partners)
         assert len(broker.published) - infos - 100 <= 3
         if not no_retain:
@@ -212,7 +212,7 @@ async def test_foreign_nonsense_stops_nobody() -> None:
         broker.publish(INFO.format(PRESS), b"<info><online>false</online></info>")
         broker.publish(INFO.format(PANEL), b"<info><online>true</online></info>")
         await until(lambda: press.partners)
-        assert seen.told == ["joined", ("came", PANEL, "")]
+        assert seen.events == ["joined", ("came", PANEL, "")]
 
 
 def test_networks_as_text() -> None:
@@ -235,7 +235,7 @@ def test_networks_as_text() -> None:
 
 
 @pytest.mark.parametrize(
-    ("text", "told"),
+    ("text", "message"),
     [
         ("mqtt:///plant", "host of its broker"),
         ("mqtt://broker", "virtual network"),
@@ -247,8 +247,8 @@ def test_networks_as_text() -> None:
         ("mqtt://broker/a?what=1", "not 'what'"),
     ],
 )
-def test_networks_that_cannot_be(text: str, told: str) -> None:
-    with pytest.raises(MqttError, match=told):
+def test_networks_that_cannot_be(text: str, message: str) -> None:
+    with pytest.raises(MqttError, match=message):
         MqttSettings.parse(text)
 
 

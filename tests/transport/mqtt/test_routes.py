@@ -27,10 +27,10 @@ class Device:
     def __init__(self, router: Router, *, answers: bool = True) -> None:
         self.router = router
         self.answers = answers
-        self.asked: list[Frame] = []
+        self.requests: list[Frame] = []
 
     def deliver(self, frame: Frame) -> bool:
-        self.asked.append(frame)
+        self.requests.append(frame)
         if self.answers:
             self.router.deliver(frame.reply(frame.data))
         return True
@@ -97,14 +97,14 @@ async def test_what_a_partner_was_asked_fails_at_once_when_it_vanishes(
         client = Client(press.router)
         for number in range(3):
             client.ask(PANEL, number)
-        await until(lambda: len(device.asked) == 3)
-        device.router.deliver(device.asked[0].reply(b"done"))
+        await until(lambda: len(device.requests) == 3)
+        device.router.deliver(device.requests[0].reply(b"done"))
         await until(lambda: client.got)
         broker.kill("panel")
         await until(lambda: len(client.got) == 3)
         assert [(each.invoke_id, each.error) for each in client.got] == [(0, 0), (1, 7), (2, 7)]
         # and a late answer is answered no second time
-        late = device.asked[1].reply(b"late").encode_tcp()[6:]
+        late = device.requests[1].reply(b"late").encode_tcp()[6:]
         broker.publish(f"plant/{PRESS}/ams/res", late)
         client.ask(PANEL, 9)
         await until(lambda: len(client.got) >= 4)
@@ -119,7 +119,7 @@ async def test_notifications_go_back_by_the_answers_topic() -> None:
         client = Client(panel.router)
         client.ask(PRESS)
         await until(lambda: client.got)
-        note = Frame(client.address, device.asked[0].target, Command.NOTIFICATION, data=bytes(8))
+        note = Frame(client.address, device.requests[0].target, Command.NOTIFICATION, data=bytes(8))
         press.router.deliver(note)
         await until(lambda: len(client.got) == 2)
         assert broker.published[-1][0] == f"plant/{PANEL}/ams/res"
@@ -162,7 +162,7 @@ async def test_nobody_in_the_network_speaks_for_this_router(claimed: NetId) -> N
         frame = Frame(AmsAddress.of(PRESS, 851), source, Command.WRITE, data=b"x")
         broker.publish(f"plant/{PRESS}/ams", frame.encode_tcp()[6:])
         await until(lambda: press.dropped == 1)
-        assert not device.asked
+        assert not device.requests
         assert not press.router.clients
         mine.ask(PRESS)
         assert mine.got[0].data == b"hello"
@@ -184,7 +184,7 @@ async def test_the_rights_of_a_secure_route_are_not_had_by_a_broker() -> None:
         panel.router.deliver(frame)
         await until(lambda: len(client.got) == 2)
         assert [(each.data, each.error) for each in client.got] == [(b"hello", 0), (b"", 0x723)]
-        assert len(device.asked) == 1
+        assert len(device.requests) == 1
 
 
 async def test_a_partner_that_was_cut_off_is_asked_again() -> None:
@@ -194,7 +194,7 @@ async def test_a_partner_that_was_cut_off_is_asked_again() -> None:
         panel.router.register(851, device := Device(panel.router, answers=False))
         client = Client(press.router)
         client.ask(PANEL, 1)
-        await until(lambda: device.asked)
+        await until(lambda: device.requests)
         press._partners[PANEL].cut("it does not read its answers")
         await until(lambda: client.got)
         assert client.got[0].error == 7
@@ -247,7 +247,7 @@ async def test_a_broker_that_goes_fails_what_waits_and_comes_back(
         panel.router.register(851, device := Device(panel.router, answers=False))
         client = Client(press.router)
         client.ask(PANEL)
-        await until(lambda: device.asked)
+        await until(lambda: device.requests)
         broker.restart()
         await until(lambda: client.got)
         assert client.got[0].error == 7

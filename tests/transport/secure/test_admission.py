@@ -166,13 +166,13 @@ def test_peer_with_a_plain_route_by_a_name_that_is_not_known_is_admitted_one_way
 def test_verdict_on_a_client(
     block: dict[str, Any], tls: Any, expected: SecureRefusal | None
 ) -> None:
-    given = ConnectBlock(**{"net_id": PANEL, "host": "panel"} | block)
-    assert listener()._verdict(given, tls, THERE) is expected
+    block_ = ConnectBlock(**{"net_id": PANEL, "host": "panel"} | block)
+    assert listener()._verdict(block_, tls, THERE) is expected
     if expected is None:
-        assert listener(has_users=False)._verdict(given, tls, THERE) is USER
+        assert listener(has_users=False)._verdict(block_, tls, THERE) is USER
     if expected is SecureRefusal.NAME_MISMATCH:
-        assert listener()._verdict(given, tls, HERE) is NONE
-        assert listener(ignore_names=True)._verdict(given, tls, THERE) is NONE
+        assert listener()._verdict(block_, tls, HERE) is NONE
+        assert listener(ignore_names=True)._verdict(block_, tls, THERE) is NONE
 
 
 @pytest.mark.parametrize(
@@ -329,13 +329,13 @@ def test_clients_of_a_route_that_lets_in_another_are_closed(
 
 def test_listener_counts_whom_it_has_no_room_for() -> None:
     owner = listener()
-    told: list[Any] = []
-    peer: Any = SimpleNamespace(warn=lambda *reason: told.append(reason), abort=told.clear)
-    peer.abort = lambda: told.append("abort")
+    reports: list[Any] = []
+    peer: Any = SimpleNamespace(warn=lambda *reason: reports.append(reason), abort=reports.clear)
+    peer.abort = lambda: reports.append("abort")
     owner._refuse(peer, limit=7)
     owner._refuse(peer, "host", "max_per_host", 8)
     assert owner.refused == 2
-    assert told == [
+    assert reports == [
         ("no room: [router] %s is %d", "connections", 7),
         "abort",
         ("no room: [router] %s is %d", "max_per_host", 8),

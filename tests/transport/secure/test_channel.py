@@ -188,9 +188,9 @@ async def test_first_contact_has_user_and_password() -> None:
 
 
 async def test_a_strange_fingerprint_ends_it_before_anything_is_said() -> None:
-    for wanted, told in (("ab" * 32, "another one"), ("", "say so by fingerprint=")):
+    for wanted, message in (("ab" * 32, "another one"), ("", "say so by fingerprint=")):
         pair = Pair(Credentials(ClientTls(identity("panel")), fingerprint=wanted)).carry()
-        with pytest.raises(SecureError, match=told):
+        with pytest.raises(SecureError, match=message):
             pair.client.opened.result()
         assert pair.blocks == []
 

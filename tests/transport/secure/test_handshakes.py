@@ -49,13 +49,13 @@ class Client:
         self.gone = True
 
 
-def made() -> tuple[Time, Handshakes]:
+def handshakes() -> tuple[Time, Handshakes]:
     time = Time()
     return time, Handshakes(time.later, lambda: time.now)
 
 
 def test_one_alone_does_not_wait() -> None:
-    time, turns = made()
+    time, turns = handshakes()
     client = Client(time, "a", 0.004)
     assert turns.begin(client)
     assert turns.put(client, b"1") == 0
@@ -71,7 +71,7 @@ def test_one_alone_does_not_wait() -> None:
 
 
 def test_client_that_waits_has_one_turn_whatever_comes_from_it() -> None:
-    time, turns = made()
+    time, turns = handshakes()
     client, other = Client(time, "a", 0.004), Client(time, "a", 0.004)
     for each in (client, other):
         assert turns.begin(each)
@@ -87,7 +87,7 @@ def test_client_that_waits_has_one_turn_whatever_comes_from_it() -> None:
 
 
 def test_one_call_is_to_come_however_many_wait() -> None:
-    time, turns = made()
+    time, turns = handshakes()
     clients = [Client(time, host, 0.004) for host in "abcc"]
     for number, client in enumerate(clients):
         assert turns.begin(client)
@@ -99,7 +99,7 @@ def test_one_call_is_to_come_however_many_wait() -> None:
 
 
 def test_a_flood_leaves_most_of_the_time_and_hosts_take_turns() -> None:
-    time, turns = made()
+    time, turns = handshakes()
     flood = [Client(time, "flood", 0.005) for _ in range(30)]
     good = Client(time, "good", 0.005)
     for client in (*flood, good):
@@ -123,7 +123,7 @@ def test_the_oldest_of_the_most_gives_way(
     limit: str, hosts: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(module, limit, 6)
-    time, turns = made()
+    time, turns = handshakes()
     first = [Client(time, hosts[n % len(hosts)], 0.0, stays=n == 0) for n in range(6)]
     for client in first:
         assert turns.begin(client)
@@ -154,7 +154,7 @@ moves = st.lists(
 def test_what_comes_is_seen_once_and_in_order(
     steps: list[tuple[str, int, bytes]], cost: float
 ) -> None:
-    time, turns = made()
+    time, turns = handshakes()
     clients = [Client(time, "ab"[n % 2], cost) for n in range(6)]
     sent = [b""] * 6
     left = [b""] * 6

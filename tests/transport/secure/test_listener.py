@@ -148,8 +148,8 @@ async def test_first_contact_without_password_or_users_costs_no_check() -> None:
         empty = known(user="Administrator", password="")
         assert await refusal(listener, empty) == SecureRefusal.UNKNOWN_USER
         listener._users = Users()
-        given = known(user="Administrator", password="1")
-        assert await refusal(listener, given) == SecureRefusal.UNKNOWN_USER
+        block = known(user="Administrator", password="1")
+        assert await refusal(listener, block) == SecureRefusal.UNKNOWN_USER
 
 
 async def test_wrong_passwords_slow_a_host_down() -> None:
@@ -538,17 +538,17 @@ async def test_who_asks_for_new_keys_again_and_again_is_ended(
             listener.router.routes.add(route)
         good = await connect(listener, known("other"), NetId("192.0.2.8.1.1"))
         tls, reader, writer = await raw(listener)
-        asked = answered = 0
+        sent = answered = 0
         draining = asyncio.create_task(drain(reader)) if reads else None
         ended = False
-        while not ended and asked < 200:
+        while not ended and sent < 200:
             writer.write(b"".join(tls.hello() for _ in range(100)))
-            asked += 1
+            sent += 1
             good.received.clear()
             answered += await good.ask(NetId("192.0.2.8.1.1")) == b"hello"
             ended = len(listener.connections) == 1
         assert ended
-        assert answered == asked
+        assert answered == sent
         assert "what TLS answers" in caplog.text
         if draining is not None:
             await draining
@@ -572,16 +572,16 @@ async def test_a_client_that_reads_nothing_is_ended_and_others_are_served() -> N
         slow.line.pause_reading()
         to, by = AmsAddress.of(OURS, 851), AmsAddress.of(PANEL, 30_000)
         request = Frame(bytes(to), bytes(by), Command.READ, data=bytes(60_000)).encode_tcp()
-        asked = answered = largest = 0
-        while len(listener.connections) > 1 and asked < 2000:
+        sent = answered = largest = 0
+        while len(listener.connections) > 1 and sent < 2000:
             slow.line.write(request)
-            asked += 1
+            sent += 1
             good.received.clear()
             answered += await good.ask(other) == b"hello"
             for peer in listener.connections:
                 largest = max(largest, peer.backlog)
         assert len(listener.connections) == 1
-        assert answered == asked
+        assert answered == sent
         assert largest <= limit + 2 * len(request)
         good.line.close()
         slow.line.abort()

@@ -24,10 +24,10 @@ from tests.transport.certificates import authority, identity, signed
 
 
 def test_it_is_made_once_and_kept(tmp_path: Path) -> None:
-    made = OwnCertificate.made(tmp_path / "new" / "folder", "panel")
-    assert made == OwnCertificate.made(tmp_path / "new" / "folder", "another")
-    assert len(made.fingerprint) == 64
-    parsed = x509.load_pem_x509_certificate(made.certificate.read_bytes())
+    certificate = OwnCertificate.made(tmp_path / "new" / "folder", "panel")
+    assert certificate == OwnCertificate.made(tmp_path / "new" / "folder", "another")
+    assert len(certificate.fingerprint) == 64
+    parsed = x509.load_pem_x509_certificate(certificate.certificate.read_bytes())
     from cryptography.hazmat.primitives.serialization import Encoding
 
     assert names_of(parsed.public_bytes(Encoding.DER)) == {"panel"}
@@ -49,8 +49,8 @@ def test_certificate_that_is_made(name: str, common_name: str) -> None:
     assert attribute.value == common_name
     days = (parsed.not_valid_after_utc - parsed.not_valid_before_utc).days
     assert days == 365 * 20 + 1
-    made = parsed.not_valid_before_utc + datetime.timedelta(days=1)
-    assert abs((datetime.datetime.now(datetime.UTC) - made).total_seconds()) < 3600
+    begin = parsed.not_valid_before_utc + datetime.timedelta(days=1)
+    assert abs((datetime.datetime.now(datetime.UTC) - begin).total_seconds()) < 3600
     constraints = parsed.extensions.get_extension_for_class(x509.BasicConstraints)
     assert (constraints.critical, constraints.value.ca) == (True, True)
     assert constraints.value.path_length == 0
@@ -110,7 +110,7 @@ def test_without_the_extra_it_says_so(tmp_path: Path) -> None:
         "except CertificateError as fault:\n"
         "    print(fault)\n"
     )
-    told = subprocess.run(
+    result = subprocess.run(
         [sys.executable, "-c", code, str(tmp_path)], capture_output=True, text=True, check=True
     )
-    assert told.stdout == needs_extra("Secure ADS", "secure") + "\n"
+    assert result.stdout == needs_extra("Secure ADS", "secure") + "\n"

@@ -17,14 +17,14 @@ def no_pauses(monkeypatch: pytest.MonkeyPatch) -> None:
 async def test_each_gets_its_verdict_and_a_fault_of_one_is_its_own(
     caplog: pytest.LogCaptureFixture,
 ) -> None:
-    found: list[Any] = []
+    calls: list[Any] = []
     decided = asyncio.Event()
 
     async def decide(request: str, host: str, right: bool) -> None:
         if request == "breaks":
             raise RuntimeError("no disk")
-        found.append((request, host, right))
-        if len(found) == 2:
+        calls.append((request, host, right))
+        if len(calls) == 2:
             decided.set()
 
     checker = PasswordChecker(lambda user, password: (user, password) == ("me", "1"), decide)
@@ -32,7 +32,7 @@ async def test_each_gets_its_verdict_and_a_fault_of_one_is_its_own(
     assert checker.put("b", "me", "1", "first")
     assert checker.put("c", "me", "2", "second")
     await decided.wait()
-    assert sorted(found) == [("first", "b", True), ("second", "c", False)]
+    assert sorted(calls) == [("first", "b", True), ("second", "c", False)]
     assert "a request of a with a password broke" in caplog.text
     await checker.close()
     await checker.close()

@@ -142,12 +142,12 @@ def test_a_session_of_a_key_is_not_resumed() -> None:
     context.check_hostname, context.verify_mode = False, ssl.CERT_NONE
     context.maximum_version = ssl.TLSVersion.TLSv1_2
     context.set_ciphers("PSK-AES256-CBC-SHA384")
-    told = ["panel", b"k" * 32]
+    answer = ["panel", b"k" * 32]
     call: Any = context
-    call.set_psk_client_callback(lambda _: tuple(told))
+    call.set_psk_client_callback(lambda _: tuple(answer))
     session = None
     for name, key in (("panel", b"k" * 32), ("panel", b"k" * 32), ("OTHER", b"o" * 32)):
-        told[:] = name, key
+        answer[:] = name, key
         come, go = ssl.MemoryBIO(), ssl.MemoryBIO()
         client = context.wrap_bio(come, go, session=session)
         far = None
@@ -264,16 +264,16 @@ class _KeyContext(ssl.SSLContext):
 @pytest.fixture
 def contexts(monkeypatch: pytest.MonkeyPatch) -> list[_KeyContext]:
     """Contexts that are made while keys seem to be known."""
-    made: list[_KeyContext] = []
+    contexts: list[_KeyContext] = []
 
     def make(protocol: int) -> _KeyContext:
-        made.append(_KeyContext(protocol))
-        return made[-1]
+        contexts.append(_KeyContext(protocol))
+        return contexts[-1]
 
     monkeypatch.setattr("achse.transport.secure.tls.HAS_PSK", True)
     names = {**vars(ssl), "SSLContext": make}
     monkeypatch.setattr("achse.transport.secure.tls.ssl", SimpleNamespace(**names))
-    return made
+    return contexts
 
 
 def check_keys_only(context: ssl.SSLContext) -> None:
@@ -314,7 +314,7 @@ def test_server_knows_keys_by_name(
 
 def test_client_shows_its_key(contexts: list[_KeyContext], monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(
-        "achse.transport.secure.tls._StandardTls", lambda *made, **more: (made, more)
+        "achse.transport.secure.tls._StandardTls", lambda *arguments, **more: (arguments, more)
     )
     engine: Any = ClientTls(psk=("panel", b"k")).start()
     [context] = contexts
@@ -440,17 +440,19 @@ def test_end_before_the_handshake_says_nothing() -> None:
 
 
 @pytest.mark.parametrize(
-    ("first", "last", "told"),
+    ("first", "last", "message"),
     [(-9, -3, "certificate has expired"), (3, 9, "certificate is not yet valid")],
 )
-def test_certificates_out_of_their_time_are_not_trusted(first: int, last: int, told: str) -> None:
+def test_certificates_out_of_their_time_are_not_trusted(
+    first: int, last: int, message: str
+) -> None:
     server = ServerTls(signed("press"), ca=authority())
     assert shake(server, ClientTls(signed("panel"), ca=authority()).start()).trusted
     assert not shake(
         server, ClientTls(signed_for("panel", first, last), ca=authority()).start()
     ).trusted
     old = ServerTls(signed_for("press", first, last), ca=authority())
-    with pytest.raises(TlsError, match=told):
+    with pytest.raises(TlsError, match=message):
         shake(old, ClientTls(signed("panel"), ca=authority()).start())
 
 

@@ -95,8 +95,8 @@ def test_a_request_and_its_answer() -> None:
     pair.client.send(read())
     assert pair.client.unsent == 44
     pair.scheduler.run(0.1)
-    (asked,) = pair.at_device
-    pair.device.send(asked.reply(DataResponse(0, b"abcd").encode()))
+    (request,) = pair.at_device
+    pair.device.send(request.reply(DataResponse(0, b"abcd").encode()))
     pair.scheduler.run(0.1)
     assert [frame.data[8:] for frame in pair.at_client] == [b"abcd"]
     assert pair.client.unsent == pair.device.unsent == 0

@@ -75,11 +75,11 @@ def write(invoke_id: int, size: int = 4) -> Frame:
 
 def harm(dice: random.Random, rate: float) -> Callable[[bytes], list[bytes]]:
     """Each write may be lost, doubled, changed, lack bytes inside, or come with others' bytes."""
-    kept = bytearray()
+    delayed = bytearray()
 
     def fault(data: bytes) -> list[bytes]:
-        data = bytes(kept) + data
-        kept.clear()
+        data = bytes(delayed) + data
+        delayed.clear()
         if dice.random() > rate:
             return [data]
         match dice.randrange(8):
@@ -94,7 +94,7 @@ def harm(dice: random.Random, rate: float) -> Callable[[bytes], list[bytes]]:
                 at, size = dice.randrange(len(data)), dice.randrange(1, 20)
                 return [data[:at] + data[at + size :]]
             case 4:  # comes with the next one
-                kept.extend(data)
+                delayed.extend(data)
                 return []
             case 5:  # byte by byte
                 return [data[at : at + 1] for at in range(len(data))]
@@ -163,10 +163,10 @@ def test_an_answer_behind_0x745_is_dropped_and_a_new_request_of_that_number_is_a
 def test_wrong_numbers_acknowledge_nothing(wrong: int) -> None:
     line = Line(38_400)
     line.client.end._fragment = 7  # so that no wrong number is 0, that of the reset
-    asked: list[bytes] = []
+    frames: list[bytes] = []
 
     def answer(data: bytes) -> None:
-        asked.append(data)
+        frames.append(data)
         if data != RESET:
             frame = SerialFrame.decode(data.removeprefix(RESET))
             number = (frame.fragment + wrong) % 256

@@ -27,7 +27,7 @@ def test_a_port_by_its_name(text: str, port: SerialPort) -> None:
 
 
 @pytest.mark.parametrize(
-    ("text", "told"),
+    ("text", "message"),
     [
         ("serial:", "a name like"),
         ("serial:a\0b", "a name like"),
@@ -42,8 +42,8 @@ def test_a_port_by_its_name(text: str, port: SerialPort) -> None:
         ("serial:a?bits=7", "not 'bits'"),
     ],
 )
-def test_what_is_no_port(text: str, told: str) -> None:
-    with pytest.raises(SerialPortError, match=told):
+def test_what_is_no_port(text: str, message: str) -> None:
+    with pytest.raises(SerialPortError, match=message):
         SerialPort.parse(text)
 
 

@@ -85,8 +85,10 @@ def test_without_descriptors_the_log_has_one_line_and_connections_wait(
         await listener.close()
 
     run(main())
-    told = [each.getMessage() for each in caplog.records if "connections to" in each.getMessage()]
-    assert [text.split(":", 1)[1].split(" ", 1)[1] for text in told] == [
+    messages = [
+        each.getMessage() for each in caplog.records if "connections to" in each.getMessage()
+    ]
+    assert [text.split(":", 1)[1].split(" ", 1)[1] for text in messages] == [
         f"wait until some have left: {os.strerror(number)} (more: ulimit -n, or LimitNOFILE of"
         " the service)",
         "are accepted again",

@@ -25,14 +25,14 @@ class Connection:
         sent: bool = True,
         silence: float = 0.0,
         ports: int = 0,
-        held: int = 0,
+        buffered: int = 0,
         used: bool = False,
         host: str = HOST,
     ) -> None:
         self.senders = [b"client"] * sent
         self.silence = silence
         self.registered = [b"port"] * ports
-        self.buffered_bytes = held
+        self.buffered_bytes = buffered
         self.used = used
         self.peer_host = host
         self.age = 0.0
@@ -50,34 +50,34 @@ class Connection:
 def table_of(*connections: Connection, now: float = 100.0) -> IdleConnections:
     router = Router(NetId("5.1.2.3.1.1"))
     router.on_way_closed(lambda way: None, lambda way: way.used)  # type: ignore[attr-defined]
-    made: Any = IdleConnections(router, lambda peer: peer.silence)  # type: ignore[attr-defined]
+    table: Any = IdleConnections(router, lambda peer: peer.silence)  # type: ignore[attr-defined]
     for each in connections:
-        made.add(each, now - each.age)
-    return made  # type: ignore[no-any-return]
+        table.add(each, now - each.age)
+    return table  # type: ignore[no-any-return]
 
 
 def test_oldest_connection_without_a_frame_ends_first() -> None:
     active, mute, later = Connection(silence=99.0), Connection(sent=False), Connection(sent=False)
     mute.age, later.age = 5.0, 3.0
-    found: Any = table_of(active, mute, later)
-    assert found.find(HOST, 100.0) is mute
-    found.remove(mute)
-    assert found.find(HOST, 100.0) is later
-    found.remove(later)
-    assert found.find(HOST, 100.0) is active
-    assert found.find("10.0.0.2", 100.0) is None
+    table: Any = table_of(active, mute, later)
+    assert table.find(HOST, 100.0) is mute
+    table.remove(mute)
+    assert table.find(HOST, 100.0) is later
+    table.remove(later)
+    assert table.find(HOST, 100.0) is active
+    assert table.find("10.0.0.2", 100.0) is None
 
 
 def test_newcomer_without_a_frame_is_spared_for_a_second() -> None:
-    found = table_of(Connection(sent=False))
-    assert found.find(HOST, 100.0 + MUTE_TIME - 0.01) is None
-    assert found.find(HOST, 100.0 + MUTE_TIME) is not None
+    table = table_of(Connection(sent=False))
+    assert table.find(HOST, 100.0 + MUTE_TIME - 0.01) is None
+    assert table.find(HOST, 100.0 + MUTE_TIME) is not None
 
 
 def test_crowd_of_newcomers_is_not_spared() -> None:
     crowd = [Connection(sent=False) for _ in range(idle._LOOKS + 1)]
-    found: Any = table_of(*crowd)
-    assert found.find(HOST, 100.0) is crowd[0]
+    table: Any = table_of(*crowd)
+    assert table.find(HOST, 100.0) is crowd[0]
 
 
 def test_connections_of_other_hosts_are_left_alone() -> None:
@@ -92,7 +92,7 @@ CONNECTIONS = st.builds(
     sent=st.booleans(),
     silence=st.sampled_from((0.0, 9.9, IDLE_TIME, 60.0)),
     ports=st.integers(0, 2),
-    held=st.sampled_from((0, 0, 1, 5000)),
+    buffered=st.sampled_from((0, 0, 1, 5000)),
     used=st.booleans(),
     host=st.sampled_from((HOST, HOST, "10.0.0.2")),
 )
@@ -107,14 +107,14 @@ def test_no_connection_in_use_ends_and_every_idle_one_is_found(
     every = data.draw(st.permutations(every))
     for place, each in enumerate(every):
         each.age = spread * (len(every) - place)
-    found: Any = table_of(*every)
+    table: Any = table_of(*every)
     ours = [each for each in every if each.peer_host == HOST]
     expected = {each for each in ours if each.idle}
     old = [each for each in ours if each.mute and each.age >= MUTE_TIME]
     ended: list[Connection] = []
     misses = 0
     while misses <= len(every) // idle._LOOKS + 1:
-        each = found.find(HOST, 100.0)
+        each = table.find(HOST, 100.0)
         if each is None:
             misses += 1
             continue
@@ -122,15 +122,15 @@ def test_no_connection_in_use_ends_and_every_idle_one_is_found(
         assert each.peer_host == HOST
         assert each.mute or each.idle
         ended.append(each)
-        found.remove(each)
+        table.remove(each)
         if data.draw(st.booleans()):
             misses -= 1  # one look more
     assert ended[: len(old)] == old
     assert set(ended) >= expected
     for each in every:
-        found.remove(each)
-    assert not found._mute
-    assert not found._active
+        table.remove(each)
+    assert not table._mute
+    assert not table._active
 
 
 class Socket:
@@ -166,8 +166,8 @@ async def test_newcomer_is_served_where_all_connections_are_idle(
     monkeypatch.setattr(idle, "MUTE_TIME", 0.0)
     listener = TcpListener(Router(NetId("5.1.2.3.1.1")), max_per_host=3)
     await listener.open(port=0)
-    made = [await asyncio.open_connection("127.0.0.1", listener.port) for _ in range(5)]
-    first, second, *others = made
+    connections = [await asyncio.open_connection("127.0.0.1", listener.port) for _ in range(5)]
+    first, second, *others = connections
     for _, writer in others:
         writer.write(bytes.fromhex("0210 00000000"))
     for reader, _ in others:
@@ -177,6 +177,6 @@ async def test_newcomer_is_served_where_all_connections_are_idle(
     assert len(listener.connections) == 3
     assert listener.refused == 0
     assert caplog.text.count("closing idle connections of 127.0.0.1 for new ones") == 1
-    for _, writer in made:
+    for _, writer in connections:
         writer.close()
     await listener.close()

@@ -122,13 +122,13 @@ async def running(**settings: Any) -> AsyncIterator[Station]:
 
 @asynccontextmanager
 async def peers(station: TcpListener, count: int = 1) -> AsyncIterator[list[Peer]]:
-    made = [Peer(*await asyncio.open_connection(station.host, station.port)) for _ in range(count)]
+    peers = [Peer(*await asyncio.open_connection(station.host, station.port)) for _ in range(count)]
     try:
-        yield made
+        yield peers
     finally:
-        for peer in made:
+        for peer in peers:
             peer.writer.transport.abort()
-        await _all(peer.writer.wait_closed() for peer in made)
+        await _all(peer.writer.wait_closed() for peer in peers)
 
 
 async def _all(awaitables: Iterable[Awaitable[Any]]) -> None:

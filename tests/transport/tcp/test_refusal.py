@@ -205,9 +205,9 @@ async def test_beyond_the_limit_requests_are_refused_until_there_is_room_and_it_
                     assert await code_of_answer(third) == 0x508
                     assert await third[0].read() == b""
             assert (listener.refused, len(listener.connections)) == (2, 2)
-            [told] = [each for each in caplog.messages if "no room" in each]
-            assert "refused with 0x508 ROUTER_NO_MORE_QUEUES" in told
-            assert told.endswith("[router] max_connections is 2")
+            [message] = [each for each in caplog.messages if "no room" in each]
+            assert "refused with 0x508 ROUTER_NO_MORE_QUEUES" in message
+            assert message.endswith("[router] max_connections is 2")
         while len(listener.connections) > 1:  # noqa: ASYNC110 - sockets tell nobody
             await asyncio.sleep(0)
         async with client_of(listener) as fourth:

@@ -22,14 +22,16 @@ class Names:
     """What names mean, and how often it was asked."""
 
     def __init__(self, **addresses: Sequence[str]) -> None:
-        self.addresses = {name.replace("_", "."): found for name, found in addresses.items()}
-        self.asked: list[str] = []
+        self.addresses = {
+            name.replace("_", "."): addresses_ for name, addresses_ in addresses.items()
+        }
+        self.lookups: list[str] = []
         self.answers = threading.Event()
         self.answers.set()
 
     def __call__(self, name: str) -> Sequence[str]:
         self.answers.wait(60)
-        self.asked.append(name)
+        self.lookups.append(name)
         return self.addresses.get(name, ())
 
 
@@ -54,7 +56,7 @@ async def test_names_are_known_from_the_start_and_when_routes_come() -> None:
         await looked_up.known(FOREVER)
         assert routes.admission(press.net_id, "10.0.0.4") is Admission.ROUTED
         assert routes.admission(press.net_id, "10.0.0.3") is Admission.UNKNOWN
-    assert names.asked[:2] == ["mill.local", "press"]
+    assert names.lookups[:2] == ["mill.local", "press"]
 
 
 async def test_a_name_that_means_something_else_by_now_is_looked_up_again(
@@ -77,7 +79,7 @@ async def test_who_comes_from_elsewhere_makes_few_look_ups() -> None:
         for _ in range(1000):
             routes.admission(MILL.net_id, "10.0.0.9")
         await asyncio.sleep(0)
-        assert len(names.asked) <= 2
+        assert len(names.lookups) <= 2
 
 
 async def test_a_look_up_that_hangs_holds_nobody_up() -> None:
@@ -123,7 +125,7 @@ async def test_names_are_looked_up_again_every_minute(monkeypatch: pytest.Monkey
     async with looking_up(routes, names) as looked_up:
         await looked_up.known(FOREVER)
         names.addresses["mill.local"] = ["10.0.0.9"]
-        while len(names.asked) < 5:  # noqa: ASYNC110
+        while len(names.lookups) < 5:  # noqa: ASYNC110
             await asyncio.sleep(0.001)
         await asyncio.sleep(0)
         assert routes.admission(MILL.net_id, "10.0.0.9") is Admission.ROUTED

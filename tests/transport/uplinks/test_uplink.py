@@ -265,15 +265,15 @@ def test_each_request_is_sent_and_refused_once_at_most_and_nothing_is_kept_at_th
     steps: list[tuple[str, int]],
 ) -> None:
     rig = Rig(queue_frames=4, queue_bytes=600)
-    asked = 0
+    requests = 0
     refused: list[int] = []
     wires = [rig.wire]
     for what, size in steps:
         uplink = rig.uplink
         match what:
             case "ask" | "quiet":
-                asked += what == "ask"
-                rig.ask(asked if what == "ask" else 0, size, 4 if what == "ask" else 6)
+                requests += what == "ask"
+                rig.ask(requests if what == "ask" else 0, size, 4 if what == "ask" else 6)
             case "connect" if uplink._dialling:
                 rig.connect()
                 wires.append(rig.wire)
@@ -296,7 +296,7 @@ def test_each_request_is_sent_and_refused_once_at_most_and_nothing_is_kept_at_th
     refused += [number for number, _ in rig.errors()]
     sent = b"".join(wire.written for wire in wires)
     arrived = _invoke_ids(sent)
-    assert sorted({*arrived, *refused}) == list(range(1, asked + 1))
+    assert sorted({*arrived, *refused}) == list(range(1, requests + 1))
     assert len(set(arrived)) == len(arrived)
     assert len(set(refused)) == len(refused)  # also what was on its way when the line ended
     assert rig.uplink.send_budget.total == rig.uplink._queue.buffered_bytes == 0
@@ -304,10 +304,10 @@ def test_each_request_is_sent_and_refused_once_at_most_and_nothing_is_kept_at_th
 
 def _invoke_ids(data: bytes) -> list[int]:
     """Those of the requests that want an answer."""
-    found = []
+    invoke_ids = []
     while data:
         length = int.from_bytes(data[2:6], "little")
         if not data[24] & 2:
-            found.append(int.from_bytes(data[34:38], "little"))
+            invoke_ids.append(int.from_bytes(data[34:38], "little"))
         data = data[6 + length :]
-    return found
+    return invoke_ids

@@ -109,9 +109,9 @@ async def test_a_request_goes_over_several_routers_and_its_answer_comes_back() -
         assert answer.data == b"from " + NET_IDS[3]
         assert (answer.source, answer.error) == (AmsAddress.of(NET_IDS[3], 851), 0)
         # a notification takes the same way
-        asked = chain[3].device.frames.get_nowait()
-        sample = Frame(asked.source, asked.target, 8, 4, data=b"sample")
-        sample.via = asked.origin
+        request = chain[3].device.frames.get_nowait()
+        sample = Frame(request.source, request.target, 8, 4, data=b"sample")
+        sample.via = request.origin
         chain[3].router.deliver(sample)
         assert (await client.frames.get()).data == b"sample"
 
@@ -232,8 +232,8 @@ async def test_behind_nat_a_router_keeps_its_own_net_id() -> None:
         client = Client(here.router)
         answer = await client.ask(virtual)
         assert answer.source == AmsAddress.of(virtual, 851)
-        asked = there.device.frames.get_nowait()
-        assert asked.target == AmsAddress.of(NET_IDS[1], 851)
+        request_frame = there.device.frames.get_nowait()
+        assert request_frame.target == AmsAddress.of(NET_IDS[1], 851)
         # and asks us by the same connection
         there.router.learn(client.address, next(iter(there.listener.connections)))
         request = Frame(AmsAddress.of(NET_IDS[0], 851), AmsAddress.of(NET_IDS[1], 40000), 2)

@@ -12,25 +12,25 @@ from tests.transport.connections.known.test_requests import read
 KINDS = st.sampled_from(("answer", "answer", "failed", "error", "unknown", "sample"))
 
 
-def passed(made: World, data: bytes) -> int:
+def passed(world: World, data: bytes) -> int:
     """Bytes that go without decoding."""
-    assert made.far is not None
-    known = made.far._known_frames
+    assert world.far is not None
+    known = world.far._known_frames
     assert known is not None
     return known.pass_on(data)
 
 
 @given(st.lists(KINDS, max_size=30), st.integers(1, 30))
 def test_answers_to_requests_go_until_one_has_to_be_decoded(kinds: list[str], size: int) -> None:
-    made = World(known=True, source_nat=True)
-    made.come()
-    made.take(made.clients[0][0], read(10_000), ())
+    world = World(known=True, source_nat=True)
+    world.come()
+    world.take(world.clients[0][0], read(10_000), ())
     for number in range(len(kinds)):
-        made.take(made.clients[0][0], read(number), ())
-    asked = {each.invoke_id: each for each in made.requests()}
+        world.take(world.clients[0][0], read(number), ())
+    requests = {each.invoke_id: each for each in world.requests()}
     data, whole = b"", 0
     for number, kind in enumerate(kinds):
-        answer = asked[number].reply(struct.pack("<II", 0, size) + bytes(size))
+        answer = requests[number].reply(struct.pack("<II", 0, size) + bytes(size))
         match kind:
             case "failed":
                 answer.data = struct.pack("<II", 0x703, 0)
@@ -44,20 +44,20 @@ def test_answers_to_requests_go_until_one_has_to_be_decoded(kinds: list[str], si
         data += answer.encode_tcp()
         if whole == len(data) - len(answer.encode_tcp()) and kind not in ("error", "unknown"):
             whole = len(data)
-    before = made.clients[0][1].written
-    assert passed(made, data) == whole
-    made.loop.run()
-    came = made.clients[0][1].written[len(before) :]
+    before = world.clients[0][1].written
+    assert passed(world, data) == whole
+    world.loop.run()
+    came = world.clients[0][1].written[len(before) :]
     assert len(came) == whole
-    assert made.host.router.client_figures[read(0)[14:22]].errors == kinds[
+    assert world.host.router.client_figures[read(0)[14:22]].errors == kinds[
         : next((n for n, kind in enumerate(kinds) if kind in ("error", "unknown")), None)
     ].count("failed")
 
 
 def test_answer_to_a_client_that_left_is_not_passed_on() -> None:
-    made = World(known=True, source_nat=True)
-    made.come()
-    made.take(made.clients[0][0], read(1), ())
-    [asked] = made.requests()
-    made.clients[0][0].abort()
-    assert passed(made, asked.reply(bytes(8)).encode_tcp()) == 0
+    world = World(known=True, source_nat=True)
+    world.come()
+    world.take(world.clients[0][0], read(1), ())
+    [request] = world.requests()
+    world.clients[0][0].abort()
+    assert passed(world, request.reply(bytes(8)).encode_tcp()) == 0

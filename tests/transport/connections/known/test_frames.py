@@ -64,7 +64,7 @@ class World:
         self.far: Peer | None = None
         self.line: Wire | None = None
         """The line of the far end."""
-        self.asked: list[Frame] = []
+        self.request_frames: list[Frame] = []
         self.seen = 0
         self.watched: list[Frame] = []
 
@@ -76,7 +76,7 @@ class World:
         self.far = here.end = uplink.make_peer()
         there.end = End()
         self.targets.append(there.end)
-        self.asked, self.seen = [], 0
+        self.request_frames, self.seen = [], 0
         self.far.begin(here, "192.0.2.2", 48898, counts=True)
         self.line = here
 
@@ -99,8 +99,8 @@ class World:
             data = self.targets[-1].written
             frames = list(Connection().receive(data[self.seen :]))
             self.seen = len(data)
-            self.asked += [each for each in frames if isinstance(each, Frame)]
-        return self.asked
+            self.request_frames += [each for each in frames if isinstance(each, Frame)]
+        return self.request_frames
 
     def state(self) -> Any:
         """What came to all ends, and what the router notes of it."""
@@ -272,9 +272,11 @@ def _do(world: World, step: tuple[Any, ...]) -> None:
                 portion = _frame((kind, source, device, first + number, *others)).encode_tcp()
                 world.take(peer, _harmed(portion, 7 * count, 1) if harm else portion, ())
                 answered, extra = answers[number % len(answers)] if answers else (9, 1)
-                asked = world.requests()
-                if world.far is not None and world.far.connected and asked and extra:
-                    answer = _answer(asked.pop(-extra % len(asked)), answered, 4, 1).encode_tcp()
+                arrived_requests = world.requests()
+                if world.far is not None and world.far.connected and arrived_requests and extra:
+                    answer = _answer(
+                        arrived_requests.pop(-extra % len(arrived_requests)), answered, 4, 1
+                    ).encode_tcp()
                     world.take(world.far, answer, ())
         case ("harm", which, requests, place, bit, cuts) if living and requests:
             data = b"".join(_frame(each).encode_tcp() for each in requests)
@@ -285,16 +287,18 @@ def _do(world: World, step: tuple[Any, ...]) -> None:
         case ("answer", answers, cuts) if far:
             data = b""
             for index, kind, size, handle, twice in answers:
-                asked = world.requests()
-                if asked:
-                    index %= len(asked)
-                    request = asked[index] if twice else asked.pop(index)
+                arrived_requests = world.requests()
+                if arrived_requests:
+                    index %= len(arrived_requests)
+                    request = arrived_requests[index] if twice else arrived_requests.pop(index)
                     data += _answer(request, kind, size, handle).encode_tcp()
             world.take(far, data, cuts)
         case ("answer all", kind, size, cuts) if far:
-            asked = world.requests()
-            data = b"".join(_answer(each, kind, 4 * size, 1).encode_tcp() for each in asked)
-            asked.clear()
+            arrived_requests = world.requests()
+            data = b"".join(
+                _answer(each, kind, 4 * size, 1).encode_tcp() for each in arrived_requests
+            )
+            arrived_requests.clear()
             world.take(far, data, cuts)
         case ("notify", which, size, count, cuts) if far:
             targets = [(each.source, each.target) for each in world.requests()]
