@@ -41,9 +41,9 @@ class Back(Exception):
 class Cell:
     """A variable: what it is and starts with, and whether a cold reset spares it."""
 
-    def __init__(self, value: Any, kept: bool = False) -> None:
+    def __init__(self, value: Any, is_retained: bool = False) -> None:
         self.v = self.start = value
-        self.kept = kept
+        self.is_retained = is_retained
 
 
 class Value(NamedTuple):
@@ -93,17 +93,17 @@ def met(left: str, right: str) -> str:
 
 def single(value: float) -> float:
     try:
-        found: float = struct.unpack("<f", struct.pack("<f", value))[0]
+        result: float = struct.unpack("<f", struct.pack("<f", value))[0]
     except OverflowError:
         return math.copysign(math.inf, value)
-    return found
+    return result
 
 
 def quotient(left: int, right: int) -> int:
     if right == 0:
         raise Stop("DIVIDEBYZERO")
-    found = abs(left) // abs(right)
-    return found if (left < 0) == (right < 0) else -found
+    result = abs(left) // abs(right)
+    return result if (left < 0) == (right < 0) else -result
 
 
 def remainder(left: int, right: int) -> int:
@@ -122,11 +122,11 @@ def to_integer(value: float, type: str) -> int:
     return wrap(int(math.copysign(1, value)) * whole, type)
 
 
-def real_result(found: float, operands: tuple[float, ...], type: str, exceptions: bool) -> float:
+def real_result(result: float, operands: tuple[float, ...], type: str, exceptions: bool) -> float:
     """A sum, product or quotient: NaN out of numbers is an invalid operation."""
-    if found != found and exceptions and all(one == one for one in operands):
+    if result != result and exceptions and all(one == one for one in operands):
         raise Stop("FPU_INVALID_OPERATION")
-    return single(found) if type == "REAL" else found
+    return single(result) if type == "REAL" else result
 
 
 def divided(left: float, right: float, type: str, exceptions: bool) -> float:
@@ -165,8 +165,8 @@ class Routine:
     def called(self, values: list[Any], types: list[str], this: Env | None) -> Any:
         """A call with values of those types."""
         env: Env = {"this": this, self.name: Cell(start_of(self.result))}
-        for (name, wanted), value, given in zip(self.parameters, values, types, strict=True):
-            env[name] = Cell(converted(value, given, wanted))
+        for (name, wanted), value, type in zip(self.parameters, values, types, strict=True):
+            env[name] = Cell(converted(value, type, wanted))
         for name, _, start in self.locals:
             env[name] = Cell(start)
         with suppress(Back):

@@ -59,8 +59,10 @@ class Field:
     def text(self) -> str:
         start = "" if self.start is None else f" := {literal(self.start, self.type.text())}"
         said = "{attribute 'init_on_onlchange'} " if self.renewed else ""
-        given = f"('{self.name}')" if isinstance(self.type, Record) and self.type.is_block else ""
-        return f"VAR{self.word} {said}{self.name} : {self.type.text()}{given}{start}; END_VAR"
+        arguments = (
+            f"('{self.name}')" if isinstance(self.type, Record) and self.type.is_block else ""
+        )
+        return f"VAR{self.word} {said}{self.name} : {self.type.text()}{arguments}{start}; END_VAR"
 
     def begun(self) -> Any:
         """The value at a start."""
@@ -144,12 +146,12 @@ def poured(old: Type, value: Any, new: Type, fresh: Any) -> Any:
     if isinstance(old, Scalar) or isinstance(new, Scalar):
         return value if old == new else fresh
     if isinstance(old, ArrayOf) and isinstance(new, ArrayOf):
-        found = list(fresh)
+        elements = list(fresh)
         for index in range(max(old.first, new.first), min(old.last, new.last) + 1):
             number = index - new.first
             was = value[index - old.first]
-            found[number] = poured(old.element, was, new.element, found[number])
-        return found
+            elements[number] = poured(old.element, was, new.element, elements[number])
+        return elements
     if not (isinstance(old, Record) and isinstance(new, Record)) or old.is_block != new.is_block:
         return fresh
     before = {one.name: one.type for one in old.fields()}
@@ -187,11 +189,11 @@ class State:
 
     def sources(self) -> dict[str, str]:
         """The text, by the name that its variable list has."""
-        found = {"GVL_LOG": ROOT + "\n".join(one.declaration(self.step) for one in self.records)}
+        texts = {"GVL_LOG": ROOT + "\n".join(one.declaration(self.step) for one in self.records)}
         for unit in UNITS[1:]:
             lines = [one.text().replace("VAR", "VAR_GLOBAL", 1) for one in self.units[unit]]
             if lines:
-                found[unit] = "\n".join(lines)
+                texts[unit] = "\n".join(lines)
         body = []
         for name, one in self.variables():
             if one.type == Scalar("INT"):
@@ -200,8 +202,8 @@ class State:
                 body.append(f"{name}();")
         lines = [one.text() for one in self.units["MAIN"]]
         lines += [text.removeprefix("MAIN.") for text in body]
-        found["GVL_LOG"] += "\nPROGRAM MAIN\n" + "\n".join(lines) + "\nEND_PROGRAM"
-        return found
+        texts["GVL_LOG"] += "\nPROGRAM MAIN\n" + "\n".join(lines) + "\nEND_PROGRAM"
+        return texts
 
     def text(self) -> str:
         return "\n".join(self.sources().values())
@@ -227,22 +229,22 @@ class State:
                 for counter in one.type.counters():
                     value[counter] = wrap(value[counter] + self.step, "INT")
 
-    def kept(self) -> dict[str, tuple[Any, Any]]:
+    def values_by_path(self) -> dict[str, tuple[Any, Any]]:
         """Layout and value of all that outlives a restart, by path."""
-        found = {}
+        values = {}
         for name, one in self.variables():
-            for path, type, value in _kept(name, one, self.values[name]):
-                found[path] = (type.layout(), value)
-        return found
+            for path, type, value in _values_by_path(name, one, self.values[name]):
+                values[path] = (type.layout(), value)
+        return values
 
     def inherit(self, before: "State") -> None:
         """Begin, with what the state before has to keep."""
-        kept, layouts = before.kept(), before.layouts()
+        old_values, layouts = before.values_by_path(), before.layouts()
         self.start()
         for name, one in self.variables():
-            self.values[name] = _inherited(name, one, self.values[name], kept)
+            self.values[name] = _inherited(name, one, self.values[name], old_values)
             target, path = before.leads.get(name, ("", ()))
-            is_alike = kept.get(name, ("",))[0] == one.type.layout()
+            is_alike = old_values.get(name, ("",))[0] == one.type.layout()
             stays = target in layouts and layouts[target] == self.layouts().get(target)
             if one.word and is_alike and stays:
                 self.leads[name] = (target, path)
@@ -311,22 +313,22 @@ def survives(old: Type, new: Type, path: Path) -> bool:
     return name in now and survives(was[name], now[name], path[1:])
 
 
-def _kept(name: str, one: Field, value: Any) -> Iterator[tuple[str, Type, Any]]:
+def _values_by_path(name: str, one: Field, value: Any) -> Iterator[tuple[str, Type, Any]]:
     if one.word:
         yield name, one.type, value
     elif isinstance(one.type, Record):
         for inner in one.type.fields():
-            yield from _kept(f"{name}.{inner.name}", inner, value[inner.name])
+            yield from _values_by_path(f"{name}.{inner.name}", inner, value[inner.name])
 
 
-def _inherited(name: str, one: Field, value: Any, kept: dict[str, tuple[Any, Any]]) -> Any:
+def _inherited(name: str, one: Field, value: Any, old_values: dict[str, tuple[Any, Any]]) -> Any:
     if one.word:
-        layout, was = kept.get(name, (None, None))
+        layout, was = old_values.get(name, (None, None))
         return was if layout == one.type.layout() else value
     if isinstance(one.type, Record):
         for inner in one.type.fields():
             path = f"{name}.{inner.name}"
-            value[inner.name] = _inherited(path, inner, value[inner.name], kept)
+            value[inner.name] = _inherited(path, inner, value[inner.name], old_values)
     return value
 
 
@@ -376,10 +378,10 @@ def edits(rng: Random, state: State) -> list[Callable[[], None]]:
 
     def add_record() -> None:
         is_block = rng.random() < 0.5
-        made = Record(state.name("FB_" if is_block else "ST_"), is_block, [])
-        made.own = [drawn_field(rng, state, member=made) for _ in range(rng.randint(1, 3))]
-        state.records.append(made)
-        state.units[rng.choice(UNITS)].append(Field(state.name("v"), made))
+        record = Record(state.name("FB_" if is_block else "ST_"), is_block, [])
+        record.own = [drawn_field(rng, state, member=record) for _ in range(rng.randint(1, 3))]
+        state.records.append(record)
+        state.units[rng.choice(UNITS)].append(Field(state.name("v"), record))
 
     def add() -> None:
         fields = state.units[rng.choice(UNITS)]
@@ -410,9 +412,9 @@ def edits(rng: Random, state: State) -> list[Callable[[], None]]:
         fields, record = of_lists()
         if fields:
             number = rng.randrange(len(fields))
-            made = drawn_field(rng, state, member=record)
-            made.name = fields[number].name
-            fields[number] = made
+            member = drawn_field(rng, state, member=record)
+            member.name = fields[number].name
+            fields[number] = member
 
     def widen() -> None:
         arrays = [o for f in state.units.values() for o in f if isinstance(o.type, ArrayOf)]

@@ -43,8 +43,8 @@ class Expressions:
         self.places.setdefault(place.type, []).append(place)
 
     def any_place(self, *types: str) -> Place | None:
-        found = [one for type in types for one in self.places.get(type, ())]
-        return self.rng.choice(found) if found else None
+        places = [one for type in types for one in self.places.get(type, ())]
+        return self.rng.choice(places) if places else None
 
     # expressions -----------------------------------------------------------------------------
 
@@ -79,8 +79,8 @@ class Expressions:
             kind = rng.random()
             if kind < 0.2:
                 return self.constant()
-            found = self.element() if kind < 0.4 else None
-            return found or self.variable()
+            element = self.element() if kind < 0.4 else None
+            return element or self.variable()
         make = rng.choice([self._two, self._two, self._two, self._shift, self._choice, self._one,
                            self._call, self._cast])  # fmt: skip
         return make(depth - 1)
@@ -293,8 +293,8 @@ class Expressions:
             x, y = float(a.run(env)), float(b.run(env))
             if sign == "/":
                 return divided(x, y, type, exceptions)
-            found = x + y if sign == "+" else x - y if sign == "-" else x * y
-            return real_result(found, (x, y), type, exceptions)
+            result = x + y if sign == "+" else x - y if sign == "-" else x * y
+            return real_result(result, (x, y), type, exceptions)
 
         return Value(f"({a.text} {sign} {b.text})", type, run)
 
@@ -347,11 +347,11 @@ class Expressions:
             return Value(f"{w}LEN({a.text})", "INT", lambda env: len(a.run(env)))
         b = self.text(depth - 1, wide)
 
-        def found(env: Env) -> int:
+        def run(env: Env) -> int:
             text, part = a.run(env), b.run(env)
             return text.find(part) + 1 if part else 0
 
-        return Value(f"{w}FIND({a.text}, {b.text})", "INT", found)
+        return Value(f"{w}FIND({a.text}, {b.text})", "INT", run)
 
 
 def letters_of(rng: Random, count: int, wide: bool) -> str:

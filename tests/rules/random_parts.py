@@ -41,8 +41,8 @@ def structures(rng: Random, name: str, type: str, fields: list[Field], scope: Sc
 
 
 def _cell(cells: Env, field: str, env: Env) -> Cell:
-    found: Cell = cells[field]
-    return found
+    cell: Cell = cells[field]
+    return cell
 
 
 def duration(rng: Random, name: str, type: str, env: Env, scope: Scope) -> str:
@@ -107,7 +107,7 @@ def property_access(path: str, instance: str, field: str, type: str, scope: Scop
     value: Value = scope.argument(type, 2)
 
     def write(env: Env) -> None:
-        given = converted(value.run(env), value.type, type)
-        env[instance][field].v = given
+        result = converted(value.run(env), value.type, type)
+        env[instance][field].v = result
 
     return Action(f"{path} := {value.text};", write)

@@ -69,7 +69,7 @@ class Block:
     methods: dict[str, Routine] = field(default_factory=dict)
     hidden: list[Variable] = field(default_factory=list)
     """VAR_INST of its methods."""
-    kept: set[str] = field(default_factory=set)
+    retained: set[str] = field(default_factory=set)
     """Its RETAIN and PERSISTENT variables."""
     init: Routine | None = None
     """Its own FB_init."""
@@ -84,30 +84,30 @@ class Block:
     def all_of(self, kind: str) -> list[Variable]:
         return [one for block in self.chain() for one in getattr(block, kind)]
 
-    def instance(self, kept: bool = False) -> Env:
-        """The variables of an instance, before FB_init; `kept` is said of all of it."""
-        names = {name for block in self.chain() for name in block.kept}
+    def instance(self, is_retained: bool = False) -> Env:
+        """The variables of an instance, before FB_init; `is_retained` is said of all of it."""
+        names = {name for block in self.chain() for name in block.retained}
         env: Env = {
-            name: Cell(value, kept or name in names)
+            name: Cell(value, is_retained or name in names)
             for kind in ("inputs", "outputs", "locals")
             for name, _, value in self.all_of(kind)
         }
-        env["__hidden__"] = {n: Cell(value, kept) for n, _, value in self.all_of("hidden")}
+        env["__hidden__"] = {n: Cell(value, is_retained) for n, _, value in self.all_of("hidden")}
         env["__block__"] = self
         return env
 
     def parameters(self) -> list[tuple[str, str]]:
         """What a declaration of an instance hands to FB_init."""
-        found = [block.init.parameters for block in self.chain() if block.init is not None]
-        return found[-1] if found else []
+        parameters = [block.init.parameters for block in self.chain() if block.init is not None]
+        return parameters[-1] if parameters else []
 
     def begin(self, env: Env, values: list[Any], types: list[str]) -> None:
         """Each FB_init, that of the base first."""
-        given = dict(zip((name for name, _ in self.parameters()), zip(values, types, strict=True),
-                         strict=True))  # fmt: skip
+        names = (name for name, _ in self.parameters())
+        arguments = dict(zip(names, zip(values, types, strict=True), strict=True))
         for block in self.chain():
             if block.init is not None:
-                own = [given[name] for name, _ in block.init.parameters]
+                own = [arguments[name] for name, _ in block.init.parameters]
                 block.init.called([value for value, _ in own], [type for _, type in own], env)
 
     def run(self, env: Env) -> None:
@@ -186,12 +186,12 @@ class Project:
         return [(self.name("v"), type, start(self.rng, type)) for type in types]
 
     def _counters(self, scope: Scope, reach: Callable[[Env, str], Cell]) -> list[Variable]:
-        found = []
+        counters = []
         for _ in range(3):
             name, type = self.name("c"), self.rng.choice(COUNTERS)
             scope.counters.append(Place(name, type, partial(_reached, reach, name)))
-            found.append((name, type, 0))
-        return found
+            counters.append((name, type, 0))
+        return counters
 
     # functions and methods -------------------------------------------------------------------
 
@@ -275,7 +275,9 @@ class Project:
             scope.add(Place(name, type, partial(_itself, cell)))
         block.locals += self._counters(scope, _own)
         words = {kind: self._remanence(0.25) for kind in ("inputs", "outputs", "locals")}
-        block.kept = {n for kind, word in words.items() if word for n, _, _ in getattr(block, kind)}
+        block.retained = {
+            n for kind, word in words.items() if word for n, _, _ in getattr(block, kind)
+        }
         if base is not None:
             scope.calls.append(partial(_super_call, base))
         block.body = scope.block(2)
@@ -362,10 +364,10 @@ class Project:
         scope.may_return = rng.random() < 0.2
         counters = self._counters(scope, _own)
         lines = _declared([*variables, *counters]).split("\n")
-        kept = {name: self._remanence(0.3) for name, _, _ in variables}
+        remanence = {name: self._remanence(0.3) for name, _, _ in variables}
         opened = self.scope(_own, variables)
         for name, _, value in (*variables, *counters):
-            env[name] = Cell(value, bool(kept.get(name)))
+            env[name] = Cell(value, bool(remanence.get(name)))
         self.names = [name for name, _, _ in (*variables, *counters)]
         lines += [self._array(scope) for _ in range(rng.randint(0, 2))]
         for _ in range(rng.randint(0, 2)):
@@ -382,10 +384,10 @@ class Project:
         for number, block in enumerate(self.blocks):
             for _ in range(rng.randint(1, 2)):
                 name = self.name("f")
-                kept[name] = self._remanence(0.2)
-                env[name] = block.instance(bool(kept[name]))
-                given = self._begun(block, env[name], opened)
-                lines.append(f"    {name} : {block.name}{given};")
+                remanence[name] = self._remanence(0.2)
+                env[name] = block.instance(bool(remanence[name]))
+                arguments = self._begun(block, env[name], opened)
+                lines.append(f"    {name} : {block.name}{arguments};")
                 self.names.append(name)
                 scope.calls.append(partial(_call, name, block))
                 scope.calls.append(partial(_method_call, name, name, block))
@@ -407,22 +409,24 @@ class Project:
         self.parts += types
         body = scope.block(3, 12)
         text = "\n".join([*(one.text for one in opening), body.text])
-        self.parts.append(f"PROGRAM MAIN\n{_sections(lines, kept)}{text}\n{actions}END_PROGRAM")
+        self.parts.append(
+            f"PROGRAM MAIN\n{_sections(lines, remanence)}{text}\n{actions}END_PROGRAM"
+        )
         self._body = body
 
     def _interfaces(
         self, name: str, block: Block, lines: list[str], opening: list[Action], scope: Scope
     ) -> list[str]:
         """Interfaces of an instance, whose methods join the scope; those that have `P`."""
-        found = []
+        variables = []
         for type in ("I_Base", "I_Derived"):
             variable = self.name("i")
             lines.append(f"    {variable} : {type};")
             opening.append(Action(f"{variable} := {name};", lambda env: None))
             scope.calls.append(partial(_method_call, variable, name, block))
             if type == "I_Derived":
-                found.append(variable)
-        return found
+                variables.append(variable)
+        return variables
 
     def _array(self, scope: Scope) -> str:
         rng = self.rng
@@ -441,24 +445,24 @@ class Project:
 
     def _pointers(self, scope: Scope, variables: list[Variable], lines: list[str]) -> list[Action]:
         """Pointers and references to variables, which are further names of them."""
-        found = []
+        actions = []
         for target, type, _ in variables:
             if "STRING" in type or self.rng.random() < 0.7:
                 continue
             name = self.name("p")
             if self.rng.random() < 0.5:
                 lines.append(f"    {name} : POINTER TO {type};")
-                found.append(Action(f"{name} := ADR({target});", lambda env: None))
+                actions.append(Action(f"{name} := ADR({target});", lambda env: None))
                 text = f"{name}^"
             else:
                 lines.append(f"    {name} : REFERENCE TO {type};")
-                found.append(Action(f"{name} REF= {target};", lambda env: None))
+                actions.append(Action(f"{name} REF= {target};", lambda env: None))
                 text = name
             scope.add(Place(text, type, partial(_reached, _own, target)))
-        return found
+        return actions
 
     def begin(self) -> None:
-        """The instances come to life. Raises `Stop`."""
+        """Create the instances. Raise `Stop`."""
         for start in self.starts:
             start()
 
@@ -466,14 +470,14 @@ class Project:
         """Begin as declared. What is kept keeps its value unless `origin`; it has its start value
         until FB_init has run if all is made `again`. Raises `Stop`."""
         cells = [*_cells(self.main), *_cells(self.statics)]
-        kept = [] if origin else [(cell, cell.v) for cell in cells if cell.kept]
+        retained = [] if origin else [(cell, cell.v) for cell in cells if cell.is_retained]
         for cell in cells:
-            if again or origin or not cell.kept:
+            if again or origin or not cell.is_retained:
                 cell.v = cell.start
         for one in self.again:
             one()
         self.begin()
-        for cell, value in kept:
+        for cell, value in retained:
             cell.v = value
 
     def cycle(self) -> None:
@@ -491,11 +495,11 @@ def _cells(value: Any) -> Iterator[Cell]:
             yield from _cells(one)
 
 
-def _sections(lines: list[str], kept: dict[str, str]) -> str:
+def _sections(lines: list[str], remanence: dict[str, str]) -> str:
     """Declarations in their order, each below what is said of it."""
     text, said = "", None
     for line in lines:
-        word = kept.get(line.split()[0], "")
+        word = remanence.get(line.split()[0], "")
         if word != said:
             text += f"{'END_VAR' if text else ''}\nVAR{word}\n"
         said = word
@@ -512,23 +516,23 @@ def _itself(cell: Cell, env: Env) -> Cell:
 
 
 def _hidden(env: Env, name: str) -> Cell:
-    found: Cell = env["this"]["__hidden__"][name]
-    return found
+    cell: Cell = env["this"]["__hidden__"][name]
+    return cell
 
 
 def _own(env: Env, name: str) -> Cell:
-    found: Cell = env[name]
-    return found
+    cell: Cell = env[name]
+    return cell
 
 
 def _of_instance(env: Env, name: str) -> Cell:
-    found: Cell = env["this"][name]
-    return found
+    cell: Cell = env["this"][name]
+    return cell
 
 
 def _member(instance: str, name: str, env: Env) -> Cell:
-    found: Cell = env[instance][name]
-    return found
+    cell: Cell = env[instance][name]
+    return cell
 
 
 def _super_call(base: Block, scope: Scope) -> Action:
@@ -570,10 +574,10 @@ def _method_call(text: str, name: str, block: Block, scope: Scope) -> Action:
 
     def run(env: Env) -> None:
         instance = env[name]
-        given = routine.called(
+        result = routine.called(
             [value.run(env) for value in values], [value.type for value in values], instance
         )
-        place.cell(env).v = converted(given, routine.result, place.type)
+        place.cell(env).v = converted(result, routine.result, place.type)
 
     shown = ", ".join(value.text for value in values)
     return Action(f"{place.text} := {text}.M({shown});", run)

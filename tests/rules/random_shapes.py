@@ -112,8 +112,8 @@ def enumeration(rng: Random, name: str, scope: Scope) -> tuple[str, str]:
         words = of.rng.sample(list(values), 2)
 
         def run(env: Env) -> None:
-            found = [number for number, word in enumerate(words) if values[word] == cell.v]
-            place.cell(env).v = found[0] if found else 9
+            matches = [number for number, word in enumerate(words) if values[word] == cell.v]
+            place.cell(env).v = matches[0] if matches else 9
 
         labels = "\n".join(f"{type}.{w}: {place.text} := {n};" for n, w in enumerate(words))
         return Action(f"CASE {name} OF\n{labels}\nELSE {place.text} := 9;\nEND_CASE", run)

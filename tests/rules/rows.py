@@ -64,9 +64,9 @@ class Rule:
 
 def _expectation(text: str, key: str) -> Expectation:
     for form, pattern in _FORMS.items():
-        found = pattern.match(text)
-        if found:
-            parts = found.groupdict()
+        match = pattern.match(text)
+        if match:
+            parts = match.groupdict()
             value: Any = parts["value"]
             if form in ("value", "write", "option"):
                 value = _NUMBERS.get(value) or ast.literal_eval(value)
@@ -106,6 +106,6 @@ def _long(path: Path) -> Iterator[Rule]:
 
 def rules() -> list[Rule]:
     """All rows."""
-    found = [rule for path in sorted(FOLDER.glob("*.tsv")) for rule in _short(path)]
-    found += [rule for path in sorted(FOLDER.glob("*.st")) for rule in _long(path)]
-    return found
+    rules_ = [rule for path in sorted(FOLDER.glob("*.tsv")) for rule in _short(path)]
+    rules_ += [rule for path in sorted(FOLDER.glob("*.st")) for rule in _long(path)]
+    return rules_

@@ -149,9 +149,9 @@ def test_what_a_client_calls_stops_its_plc_alone(
     with LiveStation(tmp_path / "station.toml") as live, live.connect() as plc:
         assert plc.call("MAIN.fb", "Divide", nBy=5) == 2
         for code in (ReturnCode.DEVICE_ERROR, ReturnCode.INVALID_STATE):
-            with pytest.raises(DeviceError) as told:
+            with pytest.raises(DeviceError) as error:
                 calls[what](plc)
-            assert told.value.return_code is code
+            assert error.value.return_code is code
         assert plc.state().ads_state is AdsState.EXCEPTION
         other = plc.at_port(852)
         assert other.state().ads_state is AdsState.RUN

@@ -53,11 +53,11 @@ KINDS: dict[Callable[[int], str], Callable[[int], int]] = {
 
 def _calls(work: Callable[[], Any]) -> int:
     """How many functions, of Python or in C, are called."""
-    found = 0
+    calls = 0
 
     def note(frame: Any, event: str, argument: Any) -> None:
-        nonlocal found
-        found += event in ("call", "c_call")
+        nonlocal calls
+        calls += event in ("call", "c_call")
 
     before = sys.getprofile()
     sys.setprofile(note)
@@ -65,7 +65,7 @@ def _calls(work: Callable[[], Any]) -> int:
         work()
     finally:
         sys.setprofile(before)
-    return found
+    return calls
 
 
 @pytest.mark.parametrize("kind", KINDS)

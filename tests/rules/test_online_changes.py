@@ -42,7 +42,7 @@ class Bench:
         self.state.start()
         self.begin()
 
-    def told(self, what: str) -> str:
+    def explain(self, what: str) -> str:
         return "\n".join([what, *self.story, self.state.text()])
 
     # the PLC -----------------------------------------------------------------------------
@@ -51,7 +51,7 @@ class Bench:
         sources = self.state.sources().items()
         declared = declare([parse(Source(text, f"{n}.st"), name=n) for n, text in sources])
         typed = check(declared)
-        assert not typed.faults, self.told(f"{typed.faults}")
+        assert not typed.faults, self.explain(f"{typed.faults}")
         return declared, Bodies(typed, form=self.form)
 
     def begin(self) -> None:
@@ -91,10 +91,10 @@ class Bench:
 
     def write(self) -> None:
         """A client writes an elementary variable by a handle."""
-        found = self._part(lambda name: name in CODES)
-        if found is None:
+        part = self._part(lambda name: name in CODES)
+        if part is None:
             return
-        name, _, path, type = found
+        name, _, path, type = part
         value: Any = self.rng.randint(0, 99)
         value = {"LREAL": value / 2, "BOOL": value > 50}.get(type, value)
         handle = self._handle(name, path)
@@ -104,8 +104,8 @@ class Bench:
     def _handle(self, name: str, path: Path) -> int:
         shown = name + "".join(f"[{s}]" if isinstance(s, int) else f".{s}" for s in path)
         answer = self.device.read_write(0xF003, 0, 4, shown.encode() + b"\0")
-        found: int = struct.unpack("<I", answer)[0]
-        return found
+        handle: int = struct.unpack("<I", answer)[0]
+        return handle
 
     def _part(self, wanted: Any) -> tuple[str, Any, Path, str] | None:
         parts = [
@@ -137,9 +137,9 @@ class Bench:
         if not pointers:
             return
         pointer, wanted = self.rng.choice(pointers)
-        found = self._part(lambda type: wanted == f"POINTER TO {type}")
-        if found is not None:
-            name, _, path, _ = found
+        part = self._part(lambda type: wanted == f"POINTER TO {type}")
+        if part is not None:
+            name, _, path, _ = part
             unit, _, short = pointer.partition(".")
             self.plc.instance(unit)[short] = self.address(name, path)
             self.state.leads[pointer] = (name, path)
@@ -147,8 +147,8 @@ class Bench:
     def change(self) -> None:
         """An online change; handles of before are refused, and no others."""
         before = deepcopy(self.state)
-        found = self._part(lambda type: True)
-        handle = None if found is None else self._handle(found[0], found[2])
+        part = self._part(lambda type: True)
+        handle = None if part is None else self._handle(part[0], part[2])
         self.edit(4)
         self.plc.instance("GVL_LOG")["sLog"] = ""
         declared, bodies = self._read()
@@ -158,7 +158,7 @@ class Bench:
         life = self.state.change(before)
         self.story.append("(* online change *)")
         log = str(self.plc.instance("GVL_LOG")["sLog"]).split()
-        assert log == life, self.told(f"{log} expected {life}\n{before.text()}\nnow")
+        assert log == life, self.explain(f"{log} expected {life}\n{before.text()}\nnow")
         if handle is not None:
             with pytest.raises(DeviceError) as refusal:
                 self.device.read(0xF005, handle, 1)
@@ -169,9 +169,9 @@ class Bench:
         before = deepcopy(self.state)
         if self.rng.random() < 0.5:
             self.edit(3)
-        kept = retained_variables(self.plc)
+        retained = retained_variables(self.plc)
         self.begin()
-        inherit_variables(self.plc, kept)
+        inherit_variables(self.plc, retained)
         self.state.inherit(before)
         self.story.append("(* restart *)")
 
@@ -188,17 +188,17 @@ class Bench:
 
     def agree(self) -> None:
         """All variables are what the model says."""
-        assert self.plc.state is PlcState.RUN, self.told(self.plc.failure)
+        assert self.plc.state is PlcState.RUN, self.explain(self.plc.failure)
         for name, one in self.state.variables():
             unit, _, short = name.partition(".")
-            found = plain(self.plc.instance(unit)[short])
+            value = plain(self.plc.instance(unit)[short])
             if isinstance(one.type, Scalar) and one.type.name.startswith("POINTER"):
                 lead = self.state.leads.get(name)
                 wanted: Any = 0 if lead is None else self.address(*lead)
-                assert found == wanted, self.told(f"{name} is {found:X}, expected {lead}")
+                assert value == wanted, self.explain(f"{name} is {value:X}, expected {lead}")
             else:
                 wanted = self.state.values[name]
-                assert found == wanted, self.told(f"{name} is {found}, expected {wanted}")
+                assert value == wanted, self.explain(f"{name} is {value}, expected {wanted}")
 
 
 def _inner(type: Any, step: object) -> Any:

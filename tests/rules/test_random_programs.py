@@ -17,27 +17,27 @@ from tests.rules.random_programs import Scope
 from tests.rules.random_projects import Project
 
 
-def _same(found: Any, wanted: Any) -> bool:
+def _same(value: Any, wanted: Any) -> bool:
     if isinstance(wanted, float):
         if wanted != wanted:
-            return bool(found != found)
-        return bool(found == wanted and math.copysign(1, found) == math.copysign(1, wanted))
-    return bool(found == wanted)
+            return bool(value != value)
+        return bool(value == wanted and math.copysign(1, value) == math.copysign(1, wanted))
+    return bool(value == wanted)
 
 
-def _compare(found: Any, wanted: Any, where: str, text: str) -> None:
+def _compare(value_: Any, wanted: Any, where: str, text: str) -> None:
     if isinstance(wanted, Cell):
-        value = plain(found)
+        value = plain(value_)
         assert _same(value, wanted.v), f"{where} is {value!r}, expected {wanted.v!r}\n{text}"
     elif isinstance(wanted, list):
-        for number, (one, cell) in enumerate(zip(plain(found), wanted, strict=True)):
+        for number, (one, cell) in enumerate(zip(plain(value_), wanted, strict=True)):
             _compare(one, cell, f"{where} element {number}", text)
     else:
         block = wanted.get("__block__")
         temporaries = {name for name, _, _ in block.all_of("temporaries")} if block else set()
         for name, cell in wanted.items():
             if not name.startswith("__") and name not in temporaries:
-                _compare(found[name], cell, f"{where}.{name}", text)
+                _compare(value_[name], cell, f"{where}.{name}", text)
 
 
 class Bench:
@@ -72,8 +72,8 @@ class Bench:
             placed = {one.name: one for one in (*plc.statics, *bodies.statics)}
             for name, cell in self.project.statics.items():
                 one = placed[name]
-                found = one.variable.type.read(plc.memory[one.area].data, one.offset)
-                _compare(found, cell, name, text)
+                value = one.variable.type.read(plc.memory[one.area].data, one.offset)
+                _compare(value, cell, name, text)
         return not expected
 
     def cycle(self) -> bool:
@@ -97,9 +97,9 @@ class Bench:
         """Anything that begins the variables again."""
         kind = self.rng.choice(["cold", "origin", "station"])
         if kind == "station":
-            kept = [retained_variables(each.plc) for each in self.plcs]
+            retained = [retained_variables(each.plc) for each in self.plcs]
             self.ran = Ran(self.project.text, exceptions=self.exceptions)
-            for each, values in zip(self.plcs, kept, strict=True):
+            for each, values in zip(self.plcs, retained, strict=True):
                 if each.plc.state is not PlcState.EXCEPTION:
                     assert inherit_variables(each.plc, values) == []
         for each in self.plcs if kind != "station" else ():

@@ -66,15 +66,15 @@ def _bytes(ran: Ran, name: str) -> bytes:
     raise KeyError(name)
 
 
-def _same(found: Any, wanted: Any) -> bool:
+def _same(value: Any, wanted: Any) -> bool:
     if isinstance(wanted, float) and math.isnan(wanted):
-        return isinstance(found, float) and math.isnan(found)
-    return bool(found == wanted)
+        return isinstance(value, float) and math.isnan(value)
+    return bool(value == wanted)
 
 
 def _check(ran: Ran, wanted: Expectation) -> None:
-    found = _bytes(ran, wanted.name) if wanted.form == "is" else _value(ran, wanted.name)
-    assert _same(found, wanted.value), f"{wanted.name} is {found!r}, expected {wanted.value!r}"
+    value = _bytes(ran, wanted.name) if wanted.form == "is" else _value(ran, wanted.name)
+    assert _same(value, wanted.value), f"{wanted.name} is {value!r}, expected {wanted.value!r}"
 
 
 def _refused(rule: Rule) -> list[str]:
