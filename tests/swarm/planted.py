@@ -35,7 +35,7 @@ Patch = pytest.MonkeyPatch
 def _around(patch: Patch, where: Any, name: str, wrap: Callable[..., Any]) -> None:
     """Let `wrap(original, *arguments)` be called instead of a function."""
     original = getattr(where, name)
-    patch.setattr(where, name, lambda *given, **named: wrap(original, *given, **named))
+    patch.setattr(where, name, lambda *arguments, **named: wrap(original, *arguments, **named))
 
 
 def halt_that_accelerates(patch: Patch) -> None:
@@ -53,39 +53,39 @@ def move_too_fast(patch: Patch) -> None:
 
 
 def acceleration_too_strong(patch: Patch) -> None:
-    def to_position(plan: Any, *given: float) -> int:
-        *rest, acceleration, deceleration, jerk = given
+    def to_position(plan: Any, *numbers: float) -> int:
+        *rest, acceleration, deceleration, jerk = numbers
         return int(plan(*rest, 1.05 * acceleration, deceleration, jerk))
 
     _around(patch, planning, "plan_to_position", to_position)
 
 
 def deceleration_too_strong(patch: Patch) -> None:
-    def to_position(plan: Any, *given: float) -> int:
-        *rest, acceleration, deceleration, jerk = given
+    def to_position(plan: Any, *numbers: float) -> int:
+        *rest, acceleration, deceleration, jerk = numbers
         return int(plan(*rest, acceleration, 1.05 * deceleration, jerk))
 
     _around(patch, planning, "plan_to_position", to_position)
 
 
 def jerk_too_strong(patch: Patch) -> None:
-    def to_position(plan: Any, *given: float) -> int:
-        return int(plan(*given[:-1], 1.5 * given[-1]))
+    def to_position(plan: Any, *numbers: float) -> int:
+        return int(plan(*numbers[:-1], 1.5 * numbers[-1]))
 
     _around(patch, planning, "plan_to_position", to_position)
 
 
 def gear_with_another_ratio(patch: Patch) -> None:
-    _around(patch, linear, "leading_position", lambda find, *given: 1.001 * find(*given))
+    _around(patch, linear, "leading_position", lambda find, *arguments: 1.001 * find(*arguments))
 
 
 def gear_with_another_velocity(patch: Patch) -> None:
-    _around(patch, linear, "leading_velocity", lambda find, *given: 1.2 * find(*given))
+    _around(patch, linear, "leading_velocity", lambda find, *arguments: 1.2 * find(*arguments))
 
 
 def saw_with_any_gear(patch: Patch) -> None:
     for law in (flying_saw, synchronising):
-        patch.setattr(law, "check_gear", lambda *given: 0)
+        patch.setattr(law, "check_gear", lambda *arguments: 0)
 
 
 def cam_exchange_that_jumps(patch: Patch) -> None:
@@ -166,16 +166,16 @@ def ports_kept_by_the_router(patch: Patch) -> None:
 
 def bytes_of_a_closed_connection_counted(patch: Patch) -> None:
     _around(
-        patch, SendBudget, "count", lambda count, held, peer, size: count(held, peer, size or 1)
+        patch, SendBudget, "count", lambda count, budget, peer, size: count(budget, peer, size or 1)
     )
 
 
 def leak_after_a_restart(patch: Patch) -> None:
-    kept: list[Any] = []
+    stations: list[Any] = []
 
-    def assemble(original: Any, *given: Any) -> Any:
-        kept.append(original(*given))
-        return kept[-1]
+    def assemble(original: Any, *arguments: Any) -> Any:
+        stations.append(original(*arguments))
+        return stations[-1]
 
     _around(patch, states, "assemble", assemble)
 

@@ -36,9 +36,9 @@ def test_seeds_until_so_many_or_so_long(
 ) -> None:
     monkeypatch.setattr(module, "run", lambda **named: named)
     ticks = itertools.count()
-    found = list(seeds_one_by_one(7, runs, cpu_s, clock=lambda: float(next(ticks))))
-    assert [each["seed"] for each in found] == list(range(count))
-    assert {each["first"] for each in found} == {7}
+    runs_ = list(seeds_one_by_one(7, runs, cpu_s, clock=lambda: float(next(ticks))))
+    assert [each["seed"] for each in runs_] == list(range(count))
+    assert {each["first"] for each in runs_} == {7}
 
 
 def test_line_of_a_seed_has_its_end_and_its_figures() -> None:

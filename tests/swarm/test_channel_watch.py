@@ -55,9 +55,11 @@ def test_program_keeps_its_contour_and_its_states(
 def rounded() -> World:
     """A world with a program whose corners are rounded."""
     text = "F3000\n#set paramVertexSmoothing(5;1;0.5)#\nN1 G1 X9.0\nN2 G1 Y9.0\nN3 G1 X0.0\nM30\n"
-    made = world(SEEDS[0])
-    assert made.channel is not None
-    return replace(made, length_ns=8 * SECOND, channel=replace(made.channel, programs=[text]))
+    swarm_world = world(SEEDS[0])
+    assert swarm_world.channel is not None
+    return replace(
+        swarm_world, length_ns=8 * SECOND, channel=replace(swarm_world.channel, programs=[text])
+    )
 
 
 def test_corner_within_its_tolerance_holds() -> None:
@@ -65,18 +67,20 @@ def test_corner_within_its_tolerance_holds() -> None:
 
 
 def test_path_beside_its_contour_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
-    found = _found(rounded(), monkeypatch, PathParameters, "fill", _rounder)
-    assert found == "path-tolerance"
+    violation = _violation(rounded(), monkeypatch, PathParameters, "fill", _rounder)
+    assert violation == "path-tolerance"
 
 
 def test_state_without_a_transition_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
-    def confused(original: Callable[..., None], channel: ProgramChannel, *given: object) -> None:
-        original(channel, *given)
+    def confused(
+        original: Callable[..., None], channel: ProgramChannel, *arguments: object
+    ) -> None:
+        original(channel, *arguments)
         if channel.state is InterpreterState.END:
             channel.state = InterpreterState.FLUSHING
 
-    found = _found(rounded(), monkeypatch, ProgramChannel, "step", confused)
-    assert found == "channel-states"
+    violation = _violation(rounded(), monkeypatch, ProgramChannel, "step", confused)
+    assert violation == "channel-states"
 
 
 def _rounder(original: Callable[..., None], parameters: PathParameters, state: Any) -> None:
@@ -84,11 +88,11 @@ def _rounder(original: Callable[..., None], parameters: PathParameters, state: A
     state.smoothing_radius *= 20.0
 
 
-def _found(
+def _violation(
     world: World, patch: pytest.MonkeyPatch, where: type, name: str, wrong: Callable[..., None]
 ) -> str:
     original = getattr(where, name)
-    patch.setattr(where, name, lambda self, *given: wrong(original, self, *given))
+    patch.setattr(where, name, lambda self, *arguments: wrong(original, self, *arguments))
     violation = play(world).violation
     assert violation is not None
     return violation.invariant

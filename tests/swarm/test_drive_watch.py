@@ -20,8 +20,10 @@ def rig(*faults: Any, loop_closed: int = 1, error_code: int = 0) -> tuple[DriveW
     ]
     active = [SimpleNamespace(fault=each, state=FaultState.ACTIVE) for each in faults]
     station: Any = SimpleNamespace(nc=axes, drive_faults=[active, None])
-    told: list[str] = []
-    return DriveWatch(station, ["X", "Y"], lambda name, what: told.append(f"{name} {what}")), told
+    reports: list[str] = []
+    return DriveWatch(
+        station, ["X", "Y"], lambda name, what: reports.append(f"{name} {what}")
+    ), reports
 
 
 def look(watch: DriveWatch, end_ms: int) -> None:
@@ -31,12 +33,12 @@ def look(watch: DriveWatch, end_ms: int) -> None:
 
 @pytest.mark.parametrize("fault", [Sto(drive=2), AlarmFault(code="AL.510", drive=2)])
 def test_axis_that_stays_in_control_is_reported(fault: Any) -> None:
-    watch, told = rig(fault)
+    watch, reports = rig(fault)
     look(watch, 100)
-    assert told == []
+    assert reports == []
     look(watch, 110)
-    assert told
-    assert told[0].startswith("drive-error axis Y at 0.110 s")
+    assert reports
+    assert reports[0].startswith("drive-error axis Y at 0.110 s")
 
 
 @pytest.mark.parametrize(
@@ -51,6 +53,6 @@ def test_axis_that_stays_in_control_is_reported(fault: Any) -> None:
 def test_axis_with_an_error_or_a_drive_that_is_silent_is_not(
     faults: Any, values: dict[str, int]
 ) -> None:
-    watch, told = rig(*faults, **values)
+    watch, reports = rig(*faults, **values)
     look(watch, 500)
-    assert told == []
+    assert reports == []

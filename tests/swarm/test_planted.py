@@ -29,6 +29,6 @@ FOUND = [
 
 @pytest.mark.parametrize(("name", "seed"), FOUND)
 def test_planted_fault_is_found(name: str, seed: int) -> None:
-    found, outcome, _ = search(PLANTED[name], range(seed, seed + 1))
-    assert found == seed
+    found_seed, outcome, _ = search(PLANTED[name], range(seed, seed + 1))
+    assert found_seed == seed
     assert outcome.violation is not None

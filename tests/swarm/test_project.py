@@ -22,12 +22,12 @@ def test_world_has_the_axes_of_the_project(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("station", "told"),
+    ("station", "message"),
     [("", "with an axis"), ('[[axis]]\nid = 2\nname = "X"\n', "ids 1, 2")],
 )
-def test_station_that_does_not_fit_is_refused(tmp_path: Path, station: str, told: str) -> None:
+def test_station_that_does_not_fit_is_refused(tmp_path: Path, station: str, message: str) -> None:
     (tmp_path / "station.toml").write_text(station)
-    with pytest.raises(WorldError, match=told):
+    with pytest.raises(WorldError, match=message):
         draw_project_world(1, tmp_path)
 
 
@@ -37,16 +37,18 @@ def test_folder_without_a_station_is_refused(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("name", "source", "told"),
+    ("name", "source", "message"),
     [
         ("mine.txt", "", "file .py or .st"),
         ("mine.py", "x = 1", "expected functions check_"),
         ("mine.py", "1 / 0", "ZeroDivisionError"),
     ],
 )
-def test_file_without_checks_is_refused(tmp_path: Path, name: str, source: str, told: str) -> None:
+def test_file_without_checks_is_refused(
+    tmp_path: Path, name: str, source: str, message: str
+) -> None:
     (tmp_path / name).write_text(source)
-    with pytest.raises(WorldError, match=told):
+    with pytest.raises(WorldError, match=message):
         load_checks(tmp_path / name)
 
 

@@ -23,9 +23,9 @@ def test_failure_names_seed_commit_and_command() -> None:
 def test_written_test_plays_the_world(seed: int, tmp_path: Path) -> None:
     world = draw_world(seed)
     source = source_of_test(world, BrokenInvariant("samples-in-order", "twice\nand more"))
-    found: dict[str, Any] = {}
-    exec(compile(source, "test", "exec"), found)
+    namespace: dict[str, Any] = {}
+    exec(compile(source, "test", "exec"), namespace)
     import json
 
-    assert World.decode(json.dumps(found["WORLD"])).encode() == world.encode()
-    assert callable(found["test_samples_in_order_holds"])
+    assert World.decode(json.dumps(namespace["WORLD"])).encode() == world.encode()
+    assert callable(namespace["test_samples_in_order_holds"])

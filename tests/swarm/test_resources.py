@@ -42,12 +42,12 @@ def test_nc_of_before_a_restart_that_is_kept_is_reported() -> None:
     station, reported, replaced = Station.demo(), list[str](), Replaced()
     station.advance(0.1)
     replaced.look(station)
-    kept = station.nc
+    nc = station.nc
     station.restart()
     station.advance(2.0)
     replaced.check(station, lambda invariant, what: reported.append(what))
-    assert kept is not None
+    assert nc is not None
     assert reported == ["NC of before a restart is still there"]
-    del kept
+    del nc
     replaced.check(station, lambda invariant, what: reported.append(what))
     assert len(reported) == 1

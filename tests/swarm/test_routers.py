@@ -72,9 +72,9 @@ def test_what_happens_to_a_router_holds(kind: str, resubscribe: bool) -> None:
 
 def test_subscription_goes_on_behind_a_cut() -> None:
     acts = [Act(SECOND, STATION, "router_cut", [1, 0])]
-    kept = play(world_of(acts)).samples
+    samples = play(world_of(acts)).samples
     ended = play(world_of(acts, resubscribe=False)).samples
-    assert kept > ended + 100
+    assert samples > ended + 100
 
 
 def test_router_that_forgets_a_release_is_found(monkeypatch: pytest.MonkeyPatch) -> None:

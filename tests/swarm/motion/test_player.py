@@ -54,5 +54,5 @@ def test_move_that_is_too_fast_is_found(monkeypatch: pytest.MonkeyPatch) -> None
 
 def test_code_that_is_in_no_table_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(player, "_CODES", frozenset())
-    found = {play(short(seed)).violation for seed in range(FIRST, FIRST + 8)} - {None}
-    assert {each.invariant for each in found if each is not None} == {"known-codes"}
+    violations = {play(short(seed)).violation for seed in range(FIRST, FIRST + 8)} - {None}
+    assert {each.invariant for each in violations if each is not None} == {"known-codes"}

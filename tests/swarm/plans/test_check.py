@@ -23,8 +23,8 @@ def _arguments(name: str, number: int, factor: float) -> Callable[[pytest.Monkey
     def plant(patch: pytest.MonkeyPatch) -> None:
         original = getattr(planning, name)
 
-        def changed(*given: float) -> int:
-            values = list(given)
+        def changed(*times: float) -> int:
+            values = list(times)
             values[number] *= factor
             return int(original(*values))
 
@@ -36,8 +36,8 @@ def _arguments(name: str, number: int, factor: float) -> Callable[[pytest.Monkey
 def _way_in_last_segment(patch: pytest.MonkeyPatch) -> None:
     original: Any = vars(planning)["plan_to_position"]
 
-    def changed(times: Any, jerks: Any, *given: float) -> int:
-        count = int(original(times, jerks, *given))
+    def changed(times: Any, jerks: Any, *limits: float) -> int:
+        count = int(original(times, jerks, *limits))
         if count > 0:
             times[count - 1] *= 1.0 + 1e-5
         return count

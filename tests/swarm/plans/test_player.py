@@ -36,8 +36,8 @@ def test_both_kernels_have_equal_digests() -> None:
 def test_difference_between_kernels_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
     play = PlanPlayer.play
 
-    def other(self: PlanPlayer, seed: int, *given: int) -> Any:
-        return play(self, seed + (not self.nc.compiled), *given)
+    def other(self: PlanPlayer, seed: int, *settings: int) -> Any:
+        return play(self, seed + (not self.nc.compiled), *settings)
 
     monkeypatch.setattr(PlanPlayer, "play", other)
     monkeypatch.setattr(player, "CHAINS_OF_A_SEED", 10)

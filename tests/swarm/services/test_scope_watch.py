@@ -44,7 +44,7 @@ def test_scope_has_each_sample_also_after_a_restart() -> None:
 )
 def test_lost_or_changed_sample_is_found(change: Change, monkeypatch: pytest.MonkeyPatch) -> None:
     part = ScopeTrack.part
-    monkeypatch.setattr(ScopeTrack, "part", lambda self, *given: change(part(self, *given)))
+    monkeypatch.setattr(ScopeTrack, "part", lambda self, *arguments: change(part(self, *arguments)))
     reports, _, station = watched()
     station.cycle.go_to(700_000_000)
     assert set(reports) == {"scope-samples"}
