@@ -19,7 +19,7 @@ class Files:
     longest_file = 1000
 
     def __init__(self, steps: int = 0) -> None:
-        self.kept: dict[str, bytes] = {}
+        self.files: dict[str, bytes] = {}
         self.steps = steps
         self._left = 0
 
@@ -31,16 +31,16 @@ class Files:
         return self.steps - self._left, 200_000
 
     def read_file(self, name: str, password: int) -> bytes:
-        if name not in self.kept:
+        if name not in self.files:
             raise FileRefusal(FoeError.NOT_FOUND, "not here")
-        return self.kept[name]
+        return self.files[name]
 
     def begin_file(self, name: str, password: int) -> None:
         if password:
             raise FileRefusal(FoeError.NO_RIGHTS)
 
     def write_file(self, name: str, data: bytes) -> None:
-        self.kept[name] = data
+        self.files[name] = data
         self._left = self.steps
 
 
@@ -68,7 +68,7 @@ def test_what_is_written_is_read(content: bytes, out: int, into: int, steps: int
             assert (kind, words) == (FoeOperation.BUSY, b"programming")
             assert (report & 0xFFFF, report >> 16) == (busy + 1 >> 2, 50_000)
         assert replies(server, FoeOperation.DATA, number, part) == [(4, number, b"")]
-    assert files.kept == {"name": content}
+    assert files.files == {"name": content}
     read = b""
     answer = replies(server, FoeOperation.READ, 0, b"name\0rest")
     while answer:

@@ -197,7 +197,7 @@ def test_bitwise_mapping_is_bit_by_bit(
 OUTPUTS_AT, INPUTS_AT, SM1_STATUS = 0x1200, 0x1300, 0x080D
 
 
-def made(*fmmus: Fmmu, locked: bool = False, size: int = 4) -> Esc:
+def esc_with(*fmmus: Fmmu, locked: bool = False, size: int = 4) -> Esc:
     """A slave with two mailboxes, outputs and inputs, and the FMMUs."""
     esc = Slave(Loopback()).esc
     esc.write(0x0800, sync_manager(0x1000, 256, 0x26) + sync_manager(0x1100, 256, 0x22))
@@ -268,8 +268,8 @@ def test_plan_takes_whole_buffers_and_flags_at_once_or_goes_bit_by_bit(
     flags: list[int],
     is_exact: bool,
 ) -> None:
-    escs = [made(*each) for each in slaves]
-    plan = Plan([*escs, made()], C.LRW, 0, 256)
+    escs = [esc_with(*each) for each in slaves]
+    plan = Plan([*escs, esc_with()], C.LRW, 0, 256)
     assert [(part.start, part.stop) for _, part in plan.takes] == takes
     assert [(part.start, part.stop) for _, part in plan.gives] == gives
     assert [bit for _, bit in plan.flags] == flags
@@ -283,23 +283,23 @@ def test_plan_takes_whole_buffers_and_flags_at_once_or_goes_bit_by_bit(
 
 
 def test_plan_of_a_read_ignores_outputs_and_that_of_a_write_inputs() -> None:
-    esc = made(outputs(0), inputs(0))
+    esc = esc_with(outputs(0), inputs(0))
     read, write = Plan([esc], C.LRD, 0, 4), Plan([esc], C.LWR, 0, 4)
     assert (len(read.takes), len(read.gives), read.count) == (0, 1, 1)
     assert (len(write.takes), len(write.gives), write.count) == (1, 0, 1)
 
 
 def test_flag_is_that_of_a_sync_manager() -> None:
-    count = len(made().sync_managers)
+    count = len(esc_with().sync_managers)
     for number, is_flag in ((count - 1, True), (count, False)):
-        plan = Plan([made(flag(0, 0x0805 + 8 * number))], C.LRD, 0, 1)
+        plan = Plan([esc_with(flag(0, 0x0805 + 8 * number))], C.LRD, 0, 1)
         assert (len(plan.flags), plan.exact) == (int(is_flag), not is_flag)
 
 
 def test_locked_buffers_are_not_exchanged_at_once() -> None:
     for fmmu in (outputs(0), inputs(0)):
-        assert Plan([made(fmmu, locked=True)], C.LRW, 0, 4).exact
-    sourceless = made(inputs(0))
+        assert Plan([esc_with(fmmu, locked=True)], C.LRW, 0, 4).exact
+    sourceless = esc_with(inputs(0))
     sourceless.sync_managers[3].source = None
     assert Plan([sourceless], C.LRW, 0, 4).exact
 
@@ -312,12 +312,12 @@ def test_locked_buffers_are_not_exchanged_at_once() -> None:
     ],
 )  # fmt: skip
 def test_span_has_inputs_without_gap(places: list[int], span: tuple[int, int] | None) -> None:
-    result = Plan([made(inputs(place)) for place in places], C.LRD, 0, 32).span
+    result = Plan([esc_with(inputs(place)) for place in places], C.LRD, 0, 32).span
     assert (None if result is None else (result.start, result.stop)) == span
 
 
 def test_flags_are_looked_at_and_other_bits_stay() -> None:
-    escs = [made(flag(0)), made(flag(5))]
+    escs = [esc_with(flag(0)), esc_with(flag(5))]
     plan = Plan(escs, C.LRD, 0, 2)
     assert plan.look(b"\xff\xff") == b"\xde\xff"
     escs[1].sync_managers[1].put(b"message")
@@ -345,14 +345,14 @@ def test_bits_are_exchanged_without_their_neighbours(first: int, bits: int, ones
 
 
 def test_registers_and_buffers_are_given_as_they_are() -> None:
-    esc = made(inputs(0), inputs(4, 2, 0x0FFE))
+    esc = esc_with(inputs(0), inputs(4, 2, 0x0FFE))
     esc.memory[0x0FFE:0x1000] = b"ab"
     plan = Plan([esc], C.LRD, 0, 8)
     assert [give() for give, _ in plan.gives] == [b"in..", b"ab"]
 
 
 def test_outputs_go_to_the_sink_if_there_is_one() -> None:
-    esc = made(outputs(0))
+    esc = esc_with(outputs(0))
     manager = esc.sync_managers[2]
     [(take, _)] = Plan([esc], C.LWR, 0, 4).takes
     assert take == manager.complete
@@ -367,7 +367,7 @@ def test_outputs_go_to_the_sink_if_there_is_one() -> None:
 @pytest.mark.parametrize("fmmu", [inputs(0, 4, OUTPUTS_AT), inputs(0, 256, 0x1100)])
 def test_only_buffers_to_the_master_are_given_at_once(fmmu: Fmmu) -> None:
     """Though the master may have set a SyncManager up in another way than the slave."""
-    esc = made(fmmu)
+    esc = esc_with(fmmu)
     for each in esc.sync_managers:
         each.source = lambda: b""
     plan = Plan([esc], C.LRD, 0, 256)

@@ -295,7 +295,7 @@ class Client:
         self.foreign: list[Any] = []
         """What came that it did not ask for."""
         self.next_id = first_id
-        self.asked: dict[int, int] = {}
+        self.pending: dict[int, int] = {}
 
     # the line
 
@@ -314,7 +314,7 @@ class Client:
                         self.samples.setdefault(handle, []).append(number)
                         if number % VARIABLES != self.number % VARIABLES:
                             self.foreign.append((handle, number))
-            elif self.asked.pop(frame.invoke_id, None) != frame.command:
+            elif self.pending.pop(frame.invoke_id, None) != frame.command:
                 self.foreign.append(frame)
             else:
                 self.answers[frame.invoke_id] = frame
@@ -331,7 +331,7 @@ class Client:
         """Send a request; its invoke id."""
         frame = Frame(self.target, self.address, command, flags, 0, self.next_id, data)
         if not flags & Flags.NO_RESPONSE:
-            self.asked[self.next_id] = command
+            self.pending[self.next_id] = command
         self.next_id += 1
         self.wire.write(frame.encode_tcp())
         return frame.invoke_id

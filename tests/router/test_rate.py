@@ -57,11 +57,11 @@ def test_keys_that_are_not_seen_are_forgotten() -> None:
     st.lists(st.tuples(st.integers(0, 9), st.integers(0, SECOND)), max_size=300),
 )
 def test_in_no_time_more_goes_than_allowed(
-    each: int, everybody: int, most: int, asked: list[tuple[int, int]]
+    each: int, everybody: int, most: int, requests: list[tuple[int, int]]
 ) -> None:
     rates = Rates(each, everybody, most=most)
     now, passed = 0, list[tuple[int, int]]()
-    for key, pause in asked:
+    for key, pause in requests:
         now += pause
         if rates.take(key, now):
             passed.append((key, now))

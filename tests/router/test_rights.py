@@ -33,7 +33,7 @@ PARTS = struct.pack("<8I", 0xF003, 0, 4, 3, 0xF005, 1, 4, 3)
 
 
 @pytest.mark.parametrize(
-    ("asked", "needed"),
+    ("frame", "needed"),
     [
         (request(Command.READ_DEVICE_INFO), READ),
         (request(Command.READ_STATE), READ),
@@ -95,8 +95,8 @@ PARTS = struct.pack("<8I", 0xF003, 0, 4, 3, 0xF005, 1, 4, 3)
         (request(Command.READ), READ),
     ],
 )
-def test_what_a_request_needs(asked: Frame, needed: Right) -> None:
-    assert needed_rights(asked) == needed
+def test_what_a_request_needs(frame: Frame, needed: Right) -> None:
+    assert needed_rights(frame) == needed
 
 
 @given(st.integers(0, 20), st.binary(max_size=80), st.sampled_from([851, 500, 10_000]))

@@ -409,11 +409,11 @@ def test_requests_are_watched_outside_the_filter_and_answers_too(router: Router)
 
 
 def test_what_passes_a_gate_later_is_seen_by_who_watches_then(router: Router) -> None:
-    inbox, held, seen = Inbox(), list[Callable[[], bool]](), list[Frame]()
+    inbox, delayed, seen = Inbox(), list[Callable[[], bool]](), list[Frame]()
     router.register(0, inbox)
 
     def hold(frame: Frame, onward: Callable[[Frame], bool]) -> bool:
-        held.append(lambda: onward(frame))
+        delayed.append(lambda: onward(frame))
         return True
 
     router.set_frame_filter(hold)
@@ -422,7 +422,7 @@ def test_what_passes_a_gate_later_is_seen_by_who_watches_then(router: Router) ->
     router.deliver(answer)
     router.put_watcher(seen.append)
     router.set_frame_filter(None)
-    assert held[0]()
+    assert delayed[0]()
     assert (seen, inbox.frames) == ([answer], [answer])
 
 

@@ -90,15 +90,15 @@ def test_senders_are_admitted_by_net_id_and_address() -> None:
 
 
 def test_by_a_host_name_only_its_addresses_are_admitted() -> None:
-    asked: list[str] = []
+    names: list[str] = []
     saw = replace(MILL, one_way=False)
     table = RouteTable([saw])
-    table.look_up = asked.append
+    table.look_up = names.append
     assert table.host_names == {"mill.local"}
     assert table.admission(saw.net_id, "10.0.0.2") is Admission.UNKNOWN
     table.locate("MILL.local", ["10.0.0.3", "fe80::1"])
     assert table.admission(saw.net_id, "10.0.0.2") is Admission.UNKNOWN
-    assert asked == ["mill.local"] * 2
+    assert names == ["mill.local"] * 2
     assert table.admission(saw.net_id, "10.0.0.3") is Admission.ROUTED
     assert table.admission(saw.net_id, "fe80::1") is Admission.ROUTED
     table.remove("mill")

@@ -67,9 +67,9 @@ def test_the_oldest_are_lost_when_nobody_fetches(router: Router) -> None:
     tap = Taps(router, lambda: 0, limit=300).open()
     for number in range(10):
         _ask(router, 851, number)
-    kept = tap.take(1 << 20)
-    assert [capture.frame.invoke_id for capture in kept] == [8, 8, 9, 9][-len(kept) :]
-    assert tap.lost_captures == 20 - len(kept)
+    captures = tap.take(1 << 20)
+    assert [capture.frame.invoke_id for capture in captures] == [8, 8, 9, 9][-len(captures) :]
+    assert tap.lost_captures == 20 - len(captures)
 
 
 def test_a_fetch_takes_what_fits(router: Router) -> None:

@@ -25,9 +25,9 @@ class Messenger(Loopback):
         }
         self.outbox: deque[tuple[int, bytes]] = deque()
         self.frames: list[bytes] = []
-        self.kept = {EoeType.SET_IP: b"", EoeType.SET_FILTER: b""}
+        self.settings = {EoeType.SET_IP: b"", EoeType.SET_FILTER: b""}
         self.result = EoeResult.SUCCESS
-        self.told: list[bytes] = []
+        self.messages: list[bytes] = []
         self.value = b"1234"
         self._assembly = FrameAssembly()
 
@@ -49,11 +49,11 @@ class Messenger(Loopback):
             if frame is not None:
                 self.frames.append(frame)
             return ()
-        if kind in self.kept:
+        if kind in self.settings:
             if self.result is EoeResult.SUCCESS:
-                self.kept[kind] = body
+                self.settings[kind] = body
             return (request(EoeType(kind + 1), b"", 0, self.result),)
-        answer = self.kept.get(EoeType(kind - 4), b"")
+        answer = self.settings.get(EoeType(kind - 4), b"")
         return (request(EoeType(kind + 1), answer, 0, self.result),)
 
     def ads(self, data: bytes) -> Iterable[bytes] | int:
@@ -61,7 +61,7 @@ class Messenger(Loopback):
         target, source, command, flags, _, _, invoke = struct.unpack_from("<8s8sHHIII", data)
         body = data[32:]
         if flags & 1:
-            self.told.append(data)
+            self.messages.append(data)
             return ()
         if command == 2:
             group, offset, length = struct.unpack_from("<III", body)
@@ -76,7 +76,7 @@ class Messenger(Loopback):
         return (head + answer,)
 
     def vendor(self, data: bytes) -> Iterable[bytes] | int:
-        self.told.append(data)
+        self.messages.append(data)
         if data[4:6] == b"\x07\0":
             return (data[:4] + b"\x08\0" + data[6:][::-1],)
         return ()

@@ -25,7 +25,7 @@ def reading(group: int = 0xF302, offset: int = 0x2000_0000, invoke: int = 7) -> 
     return packet(2, struct.pack("<III", group, offset, 100), invoke)
 
 
-def asked(body: bytes) -> bytes:
+def request(body: bytes) -> bytes:
     return packet(2, body)
 
 
@@ -70,7 +70,7 @@ def test_a_response_is_sent_without_waiting(bus: Callable[..., Any]) -> None:
     ours = bus(kind=Messenger).up(AlState.PREOP)
     response = packet(2, bytes(8), flags=5)
     ours.do(ours.master.slaves[0].aoe.send(response))
-    assert ours.line[0].told == [response]
+    assert ours.line[0].messages == [response]
 
 
 def test_a_slave_without_it_says_so(bus: Callable[..., Any]) -> None:

@@ -142,7 +142,7 @@ def test_a_large_bus_takes_several_frames(bus: Callable[..., Any]) -> None:
     assert all(len(EthercatFrame.decode(each).encode()) <= 1514 for each in frames)
 
 
-def made(*slaves: SlaveConfiguration, cycle_ns: int = 1_000_000) -> CyclicExchange:
+def exchange_of(*slaves: SlaveConfiguration, cycle_ns: int = 1_000_000) -> CyclicExchange:
     return CyclicExchange(ProcessImage(BusConfiguration(slaves, cycle_ns=cycle_ns)))
 
 
@@ -191,8 +191,8 @@ SHORT = {16: 2, 36: 2, 53: 4}
 
 @pytest.mark.parametrize("is_short", [False, True])
 def test_frame_that_comes_back_has_the_headers_that_were_sent(is_short: bool) -> None:
-    made = template()
-    sent = made.short(7) if is_short else made.whole(7)
+    frame = template()
+    sent = frame.short(7) if is_short else frame.whole(7)
     datagrams = EthercatFrame.decode(sent).datagrams
     assert [each.command for each in datagrams] == [0, 12, 7, 10][: 3 if is_short else 4]
     assert datagrams[0].index == 7
@@ -201,45 +201,45 @@ def test_frame_that_comes_back_has_the_headers_that_were_sent(is_short: bool) ->
     for at in range(len(sent)):
         changed = bytearray(sent)
         changed[at] ^= 0x80
-        same = made.same(bytes(changed), int.from_bytes(changed, "little"))
+        same = frame.same(bytes(changed), int.from_bytes(changed, "little"))
         assert same is (at not in compared), at
     for packet, is_same in ((sent, True), (sent + b"\xff" * 40, True), (sent[:-1], False)):
-        assert made.same(packet, int.from_bytes(packet, "little")) is is_same
+        assert frame.same(packet, int.from_bytes(packet, "little")) is is_same
 
 
 def test_short_frame_follows_a_changed_header() -> None:
-    made = template()
-    made.buffer[18:22] = b"\1\2\3\4"
-    made.renew()
-    for make in (made.short, made.whole):
+    frame = template()
+    frame.buffer[18:22] = b"\1\2\3\4"
+    frame.renew()
+    for make in (frame.short, frame.whole):
         sent = make(0)
         assert EthercatFrame.decode(sent).datagrams[0].address == 0x0403_0201
-        assert made.same(sent, int.from_bytes(sent, "little"))
+        assert frame.same(sent, int.from_bytes(sent, "little"))
 
 
 def test_short_frame_keeps_the_lengths_of_its_datagrams() -> None:
     bits = Datagram(DatagramCommand.LRD, MAILBOX_BITS, b"\0")
-    made = _Template([(Datagram(DatagramCommand.LRD, 0, bytes(0x1FF)), None), (bits, None)])
-    [datagram] = EthercatFrame.decode(made.short(0)).datagrams
+    frame = _Template([(Datagram(DatagramCommand.LRD, 0, bytes(0x1FF)), None), (bits, None)])
+    [datagram] = EthercatFrame.decode(frame.short(0)).datagrams
     assert len(datagram.data) == 0x1FF
 
 
 def test_counters_of_process_data_are_compared_at_once() -> None:
-    made = template()
-    sent = bytearray(made.whole(0))
+    frame = template()
+    sent = bytearray(frame.whole(0))
     for counter, is_right in ((0x0203, True), (0x0204, False), (0x0303, False), (0, False)):
         sent[51:53] = counter.to_bytes(2, "little")
         sent[-2:] = b"\xff\xff"
-        assert made.right(int.from_bytes(sent, "little")) is is_right
+        assert frame.right(int.from_bytes(sent, "little")) is is_right
 
 
 def test_inputs_are_behind_the_outputs_of_their_datagram() -> None:
-    made = template()
-    assert made.place(4) == 7
+    frame = template()
+    assert frame.place(4) == 7
     memory = bytearray(b"." * 10)
-    packet = bytearray(made.whole(0))
+    packet = bytearray(frame.whole(0))
     packet[46:51] = b"ABxyz"
-    made.take(bytes(packet), memory)
+    frame.take(bytes(packet), memory)
     assert memory == b"....xyz..."
 
 
@@ -247,7 +247,7 @@ def test_inputs_are_behind_the_outputs_of_their_datagram() -> None:
 
 
 def test_outputs_go_out_and_inputs_come_in_by_slave() -> None:
-    cyclic = made(box(8, 16, "a"), box(0, 8, "b"), box(16, 0, "a"), box(8, 8, "b"))
+    cyclic = exchange_of(box(8, 16, "a"), box(0, 8, "b"), box(16, 0, "a"), box(8, 8, "b"))
     assert (cyclic.present, cyclic.al_states, cyclic.reference_ns) == (0, 0, 0)
     assert (cyclic.mailbox_bits, cyclic.counters) == (b"", CyclicCounters())
     assert cyclic.frame_states == [0]
@@ -268,7 +268,7 @@ def test_outputs_go_out_and_inputs_come_in_by_slave() -> None:
 
 
 def test_inputs_with_a_wrong_counter_stay_and_cycles_are_counted() -> None:
-    cyclic = made(box(0, 8, "a"), box(0, 8, "b"), cycle_ns=2_000_000)
+    cyclic = exchange_of(box(0, 8, "a"), box(0, 8, "b"), cycle_ns=2_000_000)
     first, second = cyclic.image.datagrams
     seen: list[tuple[bytes, bool, bool, list[int]]] = []
     for one, other in ((1, 1), (1, 0), (0, 1), (2, 2), (1, 1)):
@@ -290,7 +290,7 @@ def test_inputs_with_a_wrong_counter_stay_and_cycles_are_counted() -> None:
 
 
 def test_state_of_a_frame_has_15_bits() -> None:
-    cyclic = made(*(box(0, 8, f"{number}") for number in range(17)))
+    cyclic = exchange_of(*(box(0, 8, f"{number}") for number in range(17)))
     (frame,) = cyclic.frames()
     cyclic.receive(back(frame, dict.fromkeys(range(14), (b"x", 1))))
     assert cyclic.frame_states == [1 << 14]
@@ -300,7 +300,7 @@ def test_state_of_a_frame_has_15_bits() -> None:
 
 
 def test_lost_frame_makes_its_inputs_invalid() -> None:
-    cyclic = made(box(0, 8))
+    cyclic = exchange_of(box(0, 8))
     [process] = cyclic.image.datagrams
     assert not cyclic.away
     (frame,) = cyclic.frames()
@@ -318,7 +318,7 @@ def test_lost_frame_makes_its_inputs_invalid() -> None:
 
 @pytest.mark.parametrize(("cycle_ns", "looks"), [(1_000_000, 5), (2_500_000, 2), (10_000_000, 1)])
 def test_mailbox_states_travel_every_five_milliseconds(cycle_ns: int, looks: int) -> None:
-    cyclic = made(MAILBOX, box(8, 8), MAILBOX, cycle_ns=cycle_ns)
+    cyclic = exchange_of(MAILBOX, box(8, 8), MAILBOX, cycle_ns=cycle_ns)
     for cycle in range(1, 12):
         (frame,) = cyclic.frames()
         datagrams = EthercatFrame.decode(frame).datagrams
@@ -338,7 +338,9 @@ def test_mailbox_states_travel_every_five_milliseconds(cycle_ns: int, looks: int
 
 @pytest.mark.parametrize(("count", "size"), [(0, 0), (1, 1), (8, 1), (9, 2), (16, 2), (17, 3)])
 def test_mailbox_states_have_a_bit_for_each_mailbox(count: int, size: int) -> None:
-    cyclic = made(box(8, 0), *(replace(MAILBOX, outputs=(), inputs=()) for _ in range(count)))
+    cyclic = exchange_of(
+        box(8, 0), *(replace(MAILBOX, outputs=(), inputs=()) for _ in range(count))
+    )
     datagrams = [each for frame in cyclic._packed() for each, _ in frame]
     assert [each.command for each in datagrams] == [
         *(DatagramCommand.LWR, DatagramCommand.BRD),
@@ -351,7 +353,7 @@ def test_mailbox_states_have_a_bit_for_each_mailbox(count: int, size: int) -> No
 
 @pytest.mark.parametrize(("rest", "frames"), [(59, 1), (60, 1), (61, 2)])
 def test_frame_has_1514_bytes_at_most(rest: int, frames: int) -> None:
-    cyclic = made(box(8 * 1400, 0, "a"), box(8 * rest, 0, "b"))
+    cyclic = exchange_of(box(8 * 1400, 0, "a"), box(8 * rest, 0, "b"))
     sent = cyclic.frames()
     assert len(sent) == frames
     assert len(sent[0]) == (1514 - 60 + rest if frames == 1 else 1514 - 14 + 1)
@@ -363,7 +365,7 @@ def test_frame_has_1514_bytes_at_most(rest: int, frames: int) -> None:
 
 
 def test_frames_of_a_cycle_are_told_apart_by_their_index() -> None:
-    cyclic = made(*(box(8 * 1400, 0, f"{number}") for number in range(3)))
+    cyclic = exchange_of(*(box(8 * 1400, 0, f"{number}") for number in range(3)))
     seen = []
     for cycle in range(1, 50):
         frames = cyclic.frames()
@@ -379,7 +381,7 @@ def test_frames_of_a_cycle_are_told_apart_by_their_index() -> None:
 
 
 def test_frame_with_other_headers_is_late_and_the_right_one_is_waited_for() -> None:
-    cyclic = made(box(0, 8))
+    cyclic = exchange_of(box(0, 8))
     (frame,) = cyclic.frames()
     for at in (12, 14, 16, 18, 22):
         other = bytearray(back(frame, {0: (b"x", 1)}))
@@ -393,7 +395,7 @@ def test_frame_with_other_headers_is_late_and_the_right_one_is_waited_for() -> N
 @pytest.mark.parametrize("is_large", [False, True])
 def test_mailbox_states_that_are_not_taken_stay_until_the_next_look(is_large: bool) -> None:
     others = [box(8 * 1400, 0, "a"), box(8 * 80, 0, "b")] if is_large else [box(8, 0)]
-    cyclic = made(*others, replace(MAILBOX, outputs=(), inputs=()))
+    cyclic = exchange_of(*others, replace(MAILBOX, outputs=(), inputs=()))
     seen = []
     for cycle in range(1, 12):
         frames = cyclic.frames()
@@ -409,7 +411,7 @@ def test_mailbox_states_that_are_not_taken_stay_until_the_next_look(is_large: bo
 
 
 def test_states_travel_without_mailbox_states_between_looks() -> None:
-    cyclic = made(replace(MAILBOX, outputs=(), inputs=()))
+    cyclic = exchange_of(replace(MAILBOX, outputs=(), inputs=()))
     counts = [
         [len(EthercatFrame.decode(frame).datagrams) for frame in cyclic.frames()] for _ in range(6)
     ]
@@ -418,7 +420,7 @@ def test_states_travel_without_mailbox_states_between_looks() -> None:
 
 def test_mailbox_states_alone_in_a_frame_are_left_out_between_looks() -> None:
     mailbox = replace(MAILBOX, outputs=(), inputs=())
-    cyclic = made(box(8 * 1400, 0, "a"), box(8 * 60, 0, "b"), mailbox)
+    cyclic = exchange_of(box(8 * 1400, 0, "a"), box(8 * 60, 0, "b"), mailbox)
     counts = []
     for _ in range(5):
         frames = cyclic.frames()
@@ -431,7 +433,7 @@ def test_mailbox_states_alone_in_a_frame_are_left_out_between_looks() -> None:
 
 
 def test_time_of_the_reference_clock_is_taken_if_a_slave_wrote_it() -> None:
-    cyclic = made(box(8, 0, clock=ClockConfiguration()))
+    cyclic = exchange_of(box(8, 0, clock=ClockConfiguration()))
     first = EthercatFrame.decode(cyclic.frames()[0]).datagrams[0]
     assert (first.command, first.address, first.data) == (DatagramCommand.NOP, 0, bytes(8))
     time = (1 << 63 | 5).to_bytes(8, "little")
@@ -454,14 +456,14 @@ def test_time_of_the_reference_clock_is_taken_if_a_slave_wrote_it() -> None:
         first = EthercatFrame.decode(cyclic.frames()[0]).datagrams[0]
         carries = is_known and counter
         assert first.command == (DatagramCommand.FRMW if carries else DatagramCommand.NOP)
-    without = made(box(8, 0))
+    without = exchange_of(box(8, 0))
     without.set_reference(0x1002)
     assert len(EthercatFrame.decode(without.frames()[0]).datagrams) == 2
 
 
 def test_time_is_in_the_first_frame_only() -> None:
     large = [box(8 * 1400, 0, f"{number}") for number in range(2)]
-    cyclic = made(*large, box(8, 0, clock=ClockConfiguration()))
+    cyclic = exchange_of(*large, box(8, 0, clock=ClockConfiguration()))
     cyclic.set_reference(0x1001)
     first, second = cyclic.frames()
     cyclic.receive(back(second, {0: (b"\7" * 1400, 1)}))
@@ -471,7 +473,7 @@ def test_time_is_in_the_first_frame_only() -> None:
 
 
 def test_skipped_cycles_count_as_valid_ones() -> None:
-    cyclic = made(box(8, 8, "a"), box(8, 0, "b", clock=ClockConfiguration()))
+    cyclic = exchange_of(box(8, 8, "a"), box(8, 0, "b", clock=ClockConfiguration()))
     cyclic.skip(3, 500)
     assert (cyclic.reference_ns, cyclic.counters.sent) == (0, 3)
     cyclic.reference_ns = 10
@@ -483,7 +485,7 @@ def test_skipped_cycles_count_as_valid_ones() -> None:
 
 
 def test_slaves_that_share_a_byte_have_bits_of_their_own() -> None:
-    cyclic = made(*(box(bits, bits, packed=True) for bits in (3, 2, 1)))
+    cyclic = exchange_of(*(box(bits, bits, packed=True) for bits in (3, 2, 1)))
     for position, value in enumerate((0xFF, 0x02, 0x01)):
         cyclic.outputs(position)[0] = value
     (frame,) = cyclic.frames()

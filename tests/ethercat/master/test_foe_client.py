@@ -20,7 +20,7 @@ class Files:
     """A slave's files; before each answer it is `busy` so many times."""
 
     def __init__(self, busy: int = 0) -> None:
-        self.kept: dict[str, bytes] = {"there": b"content"}
+        self.files: dict[str, bytes] = {"there": b"content"}
         self.busy = busy
         self.last = b""
         self._left = busy
@@ -35,20 +35,20 @@ class Files:
         operation, number = data[0], int.from_bytes(data[2:6], "little")
         if operation == 1:
             self._name, self._number = data[6:].decode(), 0
-            if self._name not in self.kept:
+            if self._name not in self.files:
                 return [struct.pack("<BxI", 5, 0x8001) + b"not here"]
         elif operation == 2:
             if number != 7:
                 return [struct.pack("<BxI", 5, 0x8002)]
             self._name = data[6:].decode()
-            self.kept[self._name] = b""
+            self.files[self._name] = b""
             return [struct.pack("<BxI", 4, 0)]
         elif operation == 3:
-            self.kept[self._name] += data[6:]
+            self.files[self._name] += data[6:]
             return [struct.pack("<BxI", 4, number)]
-        elif operation == 4 and self._number * ROOM > len(self.kept[self._name]):
+        elif operation == 4 and self._number * ROOM > len(self.files[self._name]):
             return []  # the last packet is acknowledged
-        part = self.kept[self._name][self._number * ROOM : (self._number + 1) * ROOM]
+        part = self.files[self._name][self._number * ROOM : (self._number + 1) * ROOM]
         self._number += 1
         return [struct.pack("<BxI", 3, self._number) + part]
 
@@ -66,7 +66,7 @@ def test_what_is_written_is_read(bus: Callable[..., Any], size: int, busy: int) 
     foe = client(ours, files)
     data = bytes(range(256)) * 5
     ours.do(foe.write("firmware.efw", data[:size], 7))
-    assert files.kept["firmware.efw"] == data[:size]
+    assert files.files["firmware.efw"] == data[:size]
     assert ours.do(foe.read("firmware.efw")) == data[:size]
     assert ours.master.slaves[0].mailbox.idle
 
@@ -74,7 +74,7 @@ def test_what_is_written_is_read(bus: Callable[..., Any], size: int, busy: int) 
 def test_a_lost_frame_costs_no_packet(bus: Callable[..., Any]) -> None:
     ours = bus().up(AlState.PREOP)
     files = Files()
-    files.kept["long"] = bytes(range(200)) * 20
+    files.files["long"] = bytes(range(200)) * 20
     foe = client(ours, files)
     ours.segment.disturbance = Disturbance()
     job = ours.master.run(foe.read("long"))
@@ -82,7 +82,7 @@ def test_a_lost_frame_costs_no_packet(bus: Callable[..., Any]) -> None:
         ours.run(3)
         ours.segment.disturbance.lose = 1
         ours.run(1)
-    assert job.result() == files.kept["long"]
+    assert job.result() == files.files["long"]
 
 
 def test_refusals_have_their_code(bus: Callable[..., Any]) -> None:

@@ -22,7 +22,7 @@ def box(product: int, optional: bool = False) -> SlaveConfiguration:
     return SlaveConfiguration("box", 1, product, optional=optional)
 
 
-def found(product: int) -> tuple[int, int, int, int]:
+def identity(product: int) -> tuple[int, int, int, int]:
     return (1, product, 7, 8)
 
 
@@ -35,11 +35,11 @@ def test_revisions_are_compared_when_asked_for() -> None:
 
 def test_optional_slaves_may_be_missing_others_not() -> None:
     slaves = [box(1), box(2, optional=True), box(3)]
-    assert match(slaves, [found(1), found(2), found(3)]) == [0, 1, 2]
-    assert match(slaves, [found(1), found(3)]) == [0, 2]
-    assert match(slaves, [found(1), found(9), found(3)]) == [0, None, None]
-    assert match([box(1), box(2), box(3)], [found(1), found(9), found(3)]) == [0, None, 2]
-    assert match([box(1)], [found(1), found(1)]) == [0, None]
+    assert match(slaves, [identity(1), identity(2), identity(3)]) == [0, 1, 2]
+    assert match(slaves, [identity(1), identity(3)]) == [0, 2]
+    assert match(slaves, [identity(1), identity(9), identity(3)]) == [0, None, None]
+    assert match([box(1), box(2), box(3)], [identity(1), identity(9), identity(3)]) == [0, None, 2]
+    assert match([box(1)], [identity(1), identity(1)]) == [0, None]
 
 
 @given(st.lists(st.integers(0, 3), max_size=8), st.lists(st.integers(0, 3), max_size=8))
@@ -47,7 +47,9 @@ def test_each_configured_slave_is_found_once_and_in_order(
     wanted: list[int], there: list[int]
 ) -> None:
     slaves = [box(each) for each in wanted]
-    places = [each for each in match(slaves, [found(each) for each in there]) if each is not None]
+    places = [
+        each for each in match(slaves, [identity(each) for each in there]) if each is not None
+    ]
     assert places == sorted(set(places))
 
 

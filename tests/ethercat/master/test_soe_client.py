@@ -17,7 +17,7 @@ class Sercos:
     """Elements of IDNs; answers are cut into `room` bytes, requests are joined."""
 
     def __init__(self, room: int = 200) -> None:
-        self.kept: dict[tuple[int, int, int], bytes] = {}
+        self.values: dict[tuple[int, int, int], bytes] = {}
         self.room = room
         self._pending = b""
 
@@ -30,11 +30,11 @@ class Sercos:
         idn = int.from_bytes(data[2:4], "little")
         key = drive, data[1], idn
         if operation == 3:
-            self.kept[key], self._pending = self._pending, b""
+            self.values[key], self._pending = self._pending, b""
             return [bytes((4 | drive << 5, data[1])) + data[2:4]]
-        if key not in self.kept:
+        if key not in self.values:
             return [bytes((0x12 | drive << 5, data[1])) + data[2:4] + b"\x01\x10"]
-        value = self.kept[key]
+        value = self.values[key]
         parts = [value[at : at + self.room] for at in range(0, len(value), self.room)] or [b""]
         answers = []
         for left, part in zip(range(len(parts) - 1, -1, -1), parts, strict=True):
@@ -63,7 +63,7 @@ def test_what_is_written_is_read(
     sercos = Sercos(max(room, len(data) // 20 + 1))
     soe = client(ours, sercos)
     ours.do(soe.write(idn, data, element, drive))
-    assert sercos.kept == {(drive, element, idn): data}
+    assert sercos.values == {(drive, element, idn): data}
     assert ours.do(soe.read(idn, element, drive)) == data
 
 

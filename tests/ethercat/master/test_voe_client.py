@@ -40,7 +40,7 @@ def test_messages_without_an_answer(bus: Callable[..., Any]) -> None:
     ours = bus(kind=Messenger).up(AlState.PREOP)
     voe = ours.master.slaves[0].voe
     ours.do(voe.send(VendorMessage(5, 1, b"x")))
-    assert ours.line[0].told == [b"\x05\0\0\0\x01\0x"]
+    assert ours.line[0].messages == [b"\x05\0\0\0\x01\0x"]
     ours.line[0].outbox.append((VOE, b"\x09\0\0\0\x02\0news"))
     ours.until(lambda: voe.count == 1)
     assert voe.last == VendorMessage(9, 2, b"news")

@@ -24,18 +24,18 @@ class Objects:
     state = AlState.SAFEOP
 
     def __init__(self, refusal: AbortCode | None = None) -> None:
-        self.kept: dict[tuple[int, int], bytes] = {}
+        self.values: dict[tuple[int, int], bytes] = {}
         self.refusal = refusal
 
     def read_object(self, index: int, subindex: int) -> bytes:
         if self.refusal is not None:
             raise SdoAbort(self.refusal)
-        return self.kept[index, subindex]
+        return self.values[index, subindex]
 
     def write_object(self, index: int, subindex: int, data: bytes) -> None:
         if self.refusal is not None:
             raise SdoAbort(self.refusal)
-        self.kept[index, subindex] = data
+        self.values[index, subindex] = data
 
 
 def ask(port: AdsPort, command: int, data: bytes = b"", invoke_id: int = 7) -> bytes:

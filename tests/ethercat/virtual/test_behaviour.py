@@ -14,13 +14,13 @@ from tests.ethercat.virtual.esi_text import ANALOG, esi
 MS = 1_000_000
 
 
-def made(behaviour: SlaveBehaviour) -> VirtualDevice:
+def device_with(behaviour: SlaveBehaviour) -> VirtualDevice:
     return VirtualDevice(read_esi(esi(ANALOG))[0], behaviour=behaviour)
 
 
 @given(data=st.binary(min_size=2, max_size=2))
 def test_loop_back(data: bytes) -> None:
-    device = made(LoopBack())
+    device = device_with(LoopBack())
     device.write_outputs(data)
     device.step(MS)
     assert device.read_inputs() == data + b"\0\0"
@@ -35,7 +35,7 @@ def test_recording_gives_the_row_of_the_moment(
     values: Sequence[int], steps: Sequence[int], repeat: bool
 ) -> None:
     lines = ["time,PDO 1A00.Value", *(f"{n / 100},{value}" for n, value in enumerate(values))]
-    device = made(RecordedSignals.from_csv(lines, repeat=repeat))
+    device = device_with(RecordedSignals.from_csv(lines, repeat=repeat))
     assert device.input("Value") == values[0]
     now = 0
     for step in steps:
@@ -60,14 +60,14 @@ def test_recording_gives_the_row_of_the_moment(
 )
 def test_recording_that_cannot_be_is_refused(lines: list[str], message: str) -> None:
     with pytest.raises(ValueError, match=message):
-        made(RecordedSignals.from_csv(lines))
+        device_with(RecordedSignals.from_csv(lines))
 
 
 def test_columns_have_a_value_for_each_time() -> None:
     with pytest.raises(ValueError, match="expected 1 values, got 2"):
         RecordedSignals([0], {"Value": [1, 2]})
     with pytest.raises(KeyError, match="Value"):
-        made(RecordedSignals([0], {"Valu": [1]}))
+        device_with(RecordedSignals([0], {"Valu": [1]}))
 
 
 def test_class_of_ones_own_sees_states_and_time() -> None:
@@ -90,7 +90,7 @@ def test_class_of_ones_own_sees_states_and_time() -> None:
             self.states.append(state)
 
     behaviour = Integrator()
-    device = made(behaviour)
+    device = device_with(behaviour)
     device.enter(AlState.PREOP, 0, AlStatus.NO_ERROR)
     device.write_outputs(b"\x0a\0")
     device.step(500 * MS)

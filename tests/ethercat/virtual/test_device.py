@@ -22,7 +22,7 @@ DICTIONARY = """<Profile><Dictionary><DataTypes/><Objects>
 </Objects></Dictionary></Profile>"""
 
 
-def made(text: str = ANALOG) -> VirtualDevice:
+def preop_device(text: str = ANALOG) -> VirtualDevice:
     result = make_slave(read_esi(esi(text))[0], serial_number=77).device
     result.enter(AlState.PREOP, 0, AlStatus.NO_ERROR)
     return result
@@ -41,7 +41,7 @@ def code(device: VirtualDevice, index: int, data: bytes | None = None) -> AbortC
 
 @given(value=st.integers(-0x8000, 0x7FFF))
 def test_value_by_sdo_keeps_its_limits(value: int) -> None:
-    device_ = made(device(DICTIONARY))
+    device_ = preop_device(device(DICTIONARY))
     assert device_.read_object(0x2000, 0) == b"\x03\0"
     data = value.to_bytes(2, "little", signed=True)
     expected = AbortCode.TOO_LOW if value < -10 else AbortCode.TOO_HIGH if value > 10 else None
@@ -50,7 +50,7 @@ def test_value_by_sdo_keeps_its_limits(value: int) -> None:
 
 
 def test_access_is_that_of_the_file() -> None:
-    device_ = made(device(DICTIONARY))
+    device_ = preop_device(device(DICTIONARY))
     assert code(device_, 0x2000, b"\1") is AbortCode.LENGTH
     assert code(device_, 0x2001) is AbortCode.WRITE_ONLY
     assert code(device_, 0x1000, bytes(4)) is AbortCode.READ_ONLY
@@ -63,7 +63,7 @@ def test_access_is_that_of_the_file() -> None:
 
 
 def test_device_has_the_usual_objects_and_those_of_its_pdos() -> None:
-    device_ = made()
+    device_ = preop_device()
     identity = [int.from_bytes(device_.read_object(0x1018, n), "little") for n in range(1, 5)]
     assert identity == [VENDOR, 0x3001, 0x10000, 77]
     assert device_.read_object(0x1008, 0) == b"AIO"
@@ -75,7 +75,7 @@ def test_device_has_the_usual_objects_and_those_of_its_pdos() -> None:
 
 
 def test_process_data_are_objects_too() -> None:
-    device_ = made()
+    device_ = preop_device()
     device_.set_input("Value", -2)
     assert device_.read_object(0x6000, 2) == b"\xfe\xff"
     device_.write_outputs(b"\x11\x22")
@@ -85,7 +85,7 @@ def test_process_data_are_objects_too() -> None:
 
 
 def test_wrong_names_are_told() -> None:
-    device_ = made()
+    device_ = preop_device()
     with pytest.raises(KeyError, match="there are: Valve"):
         device_.output("Vlave")
     with pytest.raises(ValueError, match="is an output"):
@@ -93,28 +93,28 @@ def test_wrong_names_are_told() -> None:
     objects = "<Object><Index>0</Index></Object>"
     dictionary = f"<Profile><Dictionary><Objects>{objects}</Objects></Dictionary></Profile>"
     with pytest.raises(EsiError, match="Box: Object Index: expected 1 to 0xFFFF, got 0"):
-        made(device(dictionary))
+        preop_device(device(dictionary))
 
 
 def test_emergencies_wait_for_the_master() -> None:
-    device_ = made()
+    device_ = preop_device()
     device_.emergencies += [b"1" * 8, b"2" * 8]
     assert [device_.take_emergency() for _ in range(3)] == [b"1" * 8, b"2" * 8, None]
 
 
 def test_files_are_kept_where_the_mailbox_has_foe() -> None:
-    device_ = made()
+    device_ = preop_device()
     assert isinstance(device_, FileApplication)
     device_.begin_file("a.bin", 0)
     device_.write_file("a.bin", b"content")
     assert device_.read_file("a.bin", 0) == b"content"
     with pytest.raises(FileRefusal, match=f"{FoeError.NOT_FOUND:04X}"):
         device_.read_file("b.bin", 0)
-    assert not isinstance(made(device(pdo("RxPdo", 0x1600, []))), FileApplication)
+    assert not isinstance(preop_device(device(pdo("RxPdo", 0x1600, []))), FileApplication)
 
 
 def test_files_have_room_together() -> None:
-    device_ = made()
+    device_ = preop_device()
     assert isinstance(device_, VirtualFileDevice)
     half = bytes(1 << 24)
     for name in ("a", "b", "a"):

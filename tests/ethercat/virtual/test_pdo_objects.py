@@ -13,7 +13,7 @@ from achse.ethercat.virtual.pdo_objects import MOST_BITS
 from tests.ethercat.virtual.esi_text import ANALOG, COE, INPUTS, device, esi, pdo
 
 
-def made() -> VirtualDevice:
+def preop_box() -> VirtualDevice:
     box = VirtualDevice(read_esi(esi(ANALOG))[0])
     box.enter(AlState.PREOP, 0, AlStatus.NO_ERROR)
     return box
@@ -27,7 +27,7 @@ def refused(do: Callable[[], object]) -> AbortCode:
 
 @given(order=st.permutations([0x1A00, 0x1A02]))
 def test_assignment_changes_the_size(order: list[int]) -> None:
-    box = made()
+    box = preop_box()
     assert box.input_size == 4
     box.write_object(0x1C13, 0, b"\0")
     assert box.input_size == 0
@@ -51,7 +51,7 @@ def test_pdo_beyond_the_assignments_is_a_pdo() -> None:
 
 
 def test_mapping_takes_objects_of_its_direction() -> None:
-    box = made()
+    box = preop_box()
     box.write_object(0x1A00, 0, b"\0")
     box.write_object(0x1A00, 1, (0x6000_0210).to_bytes(4, "little"))
     box.write_object(0x1A00, 2, (0x0000_0008).to_bytes(4, "little"))
@@ -101,7 +101,7 @@ def test_process_data_fit_into_a_sync_manager(count: int, bits: int, default: bo
 
 
 def test_lists_are_changed_in_their_order_and_state() -> None:
-    box = made()
+    box = preop_box()
     write = box.write_object
     assert refused(lambda: write(0x1C13, 1, b"\x02\x1a")) is AbortCode.UNSUPPORTED_ACCESS
     write(0x1C13, 1, b"\x00\x1a")  # what is there already

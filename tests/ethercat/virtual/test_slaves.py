@@ -81,11 +81,11 @@ def test_any_device_goes_to_op_and_exchanges_its_data(
     result = slave.device
     assert (len(mine.outputs), len(mine.inputs)) == (result.output_size, result.input_size)
     sent = data.draw(st.binary(min_size=len(mine.outputs), max_size=len(mine.outputs)))
-    given_ = data.draw(st.binary(min_size=len(mine.inputs), max_size=len(mine.inputs)))
+    inputs = data.draw(st.binary(min_size=len(mine.inputs), max_size=len(mine.inputs)))
     mine.outputs[:] = sent
-    result.write_all_inputs(given_)
+    result.write_all_inputs(inputs)
     bus.run(2)
-    assert (result.all_outputs(), bytes(mine.inputs)) == (sent, given_)
+    assert (result.all_outputs(), bytes(mine.inputs)) == (sent, inputs)
     assert slave.state is AlState.OP
 
 

@@ -91,14 +91,14 @@ def test_client_keeps_no_more_than_its_share_and_others_theirs(
         for client in clients:
             assert client.ask(Command.READ_STATE, b"")
         handles = [client.fetch() for client in clients]
-        share, held = max(few, most // 3), [1] * 3
+        share, held_counts = max(few, most // 3), [1] * 3
         for who, count in steps:
             if count == 1:
                 accepted = bool(clients[who].subscribe(handles[who]))
             else:
                 accepted = bool(clients[who].subscribe_many(handles[who], count))
-            assert accepted == (held[who] + count <= share)
-            held[who] += count * accepted
+            assert accepted == (held_counts[who] + count <= share)
+            held_counts[who] += count * accepted
         assert all(client.ask(Command.READ_STATE, b"") for client in clients)
 
 
@@ -245,7 +245,7 @@ def test_stranger_behind_a_router_does_not_end_its_connection_to_a_strict_target
         chain.client(n, PYADS if who == "routed" else AmsAddress(f"5.0.1.{n}.1.1:30000"))
         for n, who in enumerate(orders)
     ]
-    held = [client.subscribe(client.fetch()) for client in clients]
+    subscriptions = [client.subscribe(client.fetch()) for client in clients]
     if later:  # a route of a stranger leads elsewhere
         for n, who in enumerate(orders):
             if who == "stranger":
@@ -253,8 +253,8 @@ def test_stranger_behind_a_router_does_not_end_its_connection_to_a_strict_target
                 chain.target.router.routes.add(Route(name=f"{n}", net_id=net_id, host="192.0.2.9"))
     chain.tick(2)
     assert not any(client.gone for client in clients)
-    assert [bool(handle) for handle in held] == [who == "routed" for who in orders]
-    assert all(len(c.samples[n]) == 3 for c, n in zip(clients, held, strict=True) if n)
+    assert [bool(handle) for handle in subscriptions] == [who == "routed" for who in orders]
+    assert all(len(c.samples[n]) == 3 for c, n in zip(clients, subscriptions, strict=True) if n)
 
 
 def test_samples_go_on_beside_more_senders_than_a_connection_remembers() -> None:
@@ -438,22 +438,22 @@ def test_in_any_order_each_client_gets_its_own_and_nothing_remains(
             handles[client] = []
             continue
         client = there[which % len(there)]
-        held = handles[client]
+        open_handles = handles[client]
         own = [handle for whose, handle in due if whose is client]
         match what:
             case "fetch":
-                held.append(client.fetch())
-                assert held[-1]
+                open_handles.append(client.fetch())
+                assert open_handles[-1]
             case "fetch many":
-                held += client.fetch_many(count)
-            case "read" if held:
-                value = client.read(held[count % len(held)])
+                open_handles += client.fetch_many(count)
+            case "read" if open_handles:
+                value = client.read(open_handles[count % len(open_handles)])
                 assert value is not None
                 assert value % VARIABLES == client.number % VARIABLES
-            case "subscribe" if held:
-                due[client, client.subscribe(held[-1])] = 1
-            case "subscribe many" if held:
-                due.update({(client, n): 1 for n in client.subscribe_many(held[-1], count)})
+            case "subscribe" if open_handles:
+                due[client, client.subscribe(open_handles[-1])] = 1
+            case "subscribe many" if open_handles:
+                due.update({(client, n): 1 for n in client.subscribe_many(open_handles[-1], count)})
             case "unsubscribe" if own:
                 assert client.unsubscribe(own[0]) == 0
                 del due[client, own[0]]
@@ -461,19 +461,21 @@ def test_in_any_order_each_client_gets_its_own_and_nothing_remains(
                 assert set(client.unsubscribe_many(own[:count])) == {0}
                 for handle in own[:count]:
                     del due[client, handle]
-            case "release" if held:
-                assert client.release(held.pop(0)) == 0
-            case "release many" if held:
-                taken, held[:] = held[:count], held[count:]
+            case "release" if open_handles:
+                assert client.release(open_handles.pop(0)) == 0
+            case "release many" if open_handles:
+                taken, open_handles[:] = open_handles[:count], open_handles[count:]
                 assert set(client.release_many(taken)) == {0}
             case "delete foreign":
                 foreign = [handle for whose, handle in due if whose is not client]
                 if foreign:
                     assert client.unsubscribe(foreign[count % len(foreign)]) == 0x714
             case "leave" | "vanish in between":
-                if what != "leave" and held:
-                    client.send(Command.ADD_NOTIFICATION, client.add_request(held[-1]).encode())
-                    client.asked.clear()
+                if what != "leave" and open_handles:
+                    client.send(
+                        Command.ADD_NOTIFICATION, client.add_request(open_handles[-1]).encode()
+                    )
+                    client.pending.clear()
                 client.wire.close()
                 chain.loop.run()
                 due = {key: number for key, number in due.items() if key[0] is not client}
@@ -491,7 +493,7 @@ def test_in_any_order_each_client_gets_its_own_and_nothing_remains(
     chain.loop.run(0.05)
     assert {key: len(key[0].samples.get(key[1], ())) for key in due} == due
     living = [client for client in everyone if not client.gone]
-    assert all(client.asked == {} for client in living)
+    assert all(client.pending == {} for client in living)
     for client in living:
         client.wire.close()
     chain.loop.run(1.0)

@@ -99,10 +99,10 @@ def test_torn_journal_loses_the_torn_records_alone(count: int, data: st.DataObje
         place = data.draw(st.integers(32, length - 1))
         torn[place] ^= data.draw(st.integers(1, 255))
     next_file = BytesIO(torn)
-    found = contents(HandleJournal(next_file))
-    assert set(found) <= set(contents(journal))
+    handles = contents(HandleJournal(next_file))
+    assert set(handles) <= set(contents(journal))
     whole = sum(32 * slot + 32 <= length for slot in range(1, 1 + -(-count // 128) * 128))
-    assert len(found) >= min(count, whole) - (-(-count // 128) * 128 - count) - 1
+    assert len(handles) >= min(count, whole) - (-(-count // 128) * 128 - count) - 1
     HandleJournal(next_file).fetched(ALIASES[1], DEVICES[0], 1)
     assert next_file.getvalue()[:32] == file.getvalue()[:32]
 

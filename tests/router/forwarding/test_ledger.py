@@ -32,8 +32,8 @@ def read_write(group: int, offset: int, data: bytes) -> Frame:
 def outcomes(frame: Frame, answer: bytes) -> list[tuple[bool, ResourceKind, int]]:
     """True for what is fetched, False for what is released."""
     change = change_of(frame)
-    found = () if change is None else change.outcomes(answer)
-    return [(action.handle is None, each.kind, each.handle) for action, each in found]
+    outcomes_ = () if change is None else change.outcomes(answer)
+    return [(action.handle is None, each.kind, each.handle) for action, each in outcomes_]
 
 
 def test_single_requests_fetch_and_release() -> None:
@@ -93,8 +93,8 @@ def test_files_are_opened_and_closed(group: int, handle: int, result: int) -> No
 def test_a_search_is_open_until_nothing_more_is_found(offset: int) -> None:
     find = read_write(133, offset, b"*")
     find.target = SYSTEM
-    found = struct.pack("<III", 0, 324, 0xF601) + bytes(320)
-    assert outcomes(find, found) == [(True, FILE, 0xF601)]
+    answer = struct.pack("<III", 0, 324, 0xF601) + bytes(320)
+    assert outcomes(find, answer) == [(True, FILE, 0xF601)]
     assert outcomes(find, struct.pack("<II", 0x70C, 0)) == [(False, FILE, offset)]
 
 
@@ -131,8 +131,8 @@ def test_parts_of_a_sum_open_and_close_files_as_requests_alone(
         values += value
     frame = read_write(0xF082, len(parts), heads + written)
     frame.target = target
-    told = pairs + values
-    assert outcomes(frame, struct.pack("<II", 0, len(told)) + told) == expected
+    content = pairs + values
+    assert outcomes(frame, struct.pack("<II", 0, len(content)) + content) == expected
     assert system or not any(kind is FILE for _, kind, _ in expected)
 
 
@@ -145,12 +145,12 @@ def test_writes_of_a_sum_close_files_at_the_system_service_alone() -> None:
 
 
 def test_end_hints_are_samples_without_data() -> None:
-    held = [
+    samples = [
         Resource(SUBSCRIPTION, PLC, 3),
         Resource(HANDLE, PLC, 4),
         Resource(SUBSCRIPTION, PLC, 5),
     ]
-    [hint] = end_hints(held, CLIENT, 0)
+    [hint] = end_hints(samples, CLIENT, 0)
     assert (hint.target, hint.source, hint.command) == (CLIENT, PLC, Command.NOTIFICATION)
     assert hint.data == struct.pack("<IIQIIIII", 32, 1, 0, 2, 3, 0, 5, 0)
 

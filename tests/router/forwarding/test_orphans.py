@@ -35,11 +35,11 @@ def foreign_target(monkeypatch: pytest.MonkeyPatch) -> list[int]:
 
 def chain_of(clients: int, handles: int) -> tuple[Chain, list[Client]]:
     chain = Chain(1, source_nat=True, journals=True)
-    made = [chain.client() for _ in range(clients)]
-    for client in made:
+    result = [chain.client() for _ in range(clients)]
+    for client in result:
         for _ in range(handles):
             client.fetch()
-    return chain, made
+    return chain, result
 
 
 def test_handle_whose_answer_was_under_way_is_released() -> None:

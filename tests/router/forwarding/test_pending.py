@@ -48,7 +48,7 @@ def test_answers_find_the_oldest_request_and_old_ones_are_forgotten(
         forgotten: list[ForwardedClient] = []
         table = PendingRequests(forgotten.append)
         sessions = [without_window(number) for number in range(3)]
-        asked: dict[tuple[int, int, int], list[int]] = {}
+        waiting_ids: dict[tuple[int, int, int], list[int]] = {}
         now = 0
         for what, who, target, number in steps:
             key = (who, target, number)
@@ -58,41 +58,41 @@ def test_answers_find_the_oldest_request_and_old_ones_are_forgotten(
                 now += 1
                 head = (TARGETS[target], sessions[who].alias, Command.READ, 4, 0, number)
                 request = PendingRequest(sessions[who], Command.READ, 4, None, now, 10)
-                waiting = asked.get(key, [])
+                waiting = waiting_ids.get(key, [])
                 refusal = table.add(sessions[who], Frame(*head, b""), request, circles)
                 if circles and sum(now - each < SECOND for each in waiting) >= 2:
                     assert refusal is ReturnCode.TARGET_MACHINE_NOT_FOUND
                     continue
-                if not waiting and len(asked) >= most:
-                    oldest = min(asked, key=lambda each: asked[each][0])
-                    if circles and now - asked[oldest][0] < SECOND:
+                if not waiting and len(waiting_ids) >= most:
+                    oldest = min(waiting_ids, key=lambda each: waiting_ids[each][0])
+                    if circles and now - waiting_ids[oldest][0] < SECOND:
                         assert refusal is ReturnCode.ROUTER_MAILBOX_FULL
                         continue
-                    del asked[oldest]
+                    del waiting_ids[oldest]
                     assert forgotten.pop() is sessions[oldest[0]]
                 assert refusal is None
-                asked.setdefault(key, []).append(now)
-                if len(asked[key]) > most:
-                    asked[key].pop(0)
+                waiting_ids.setdefault(key, []).append(now)
+                if len(waiting_ids[key]) > most:
+                    waiting_ids[key].pop(0)
             else:
                 exchange = table.exchange(sessions[who], TARGETS[target])
                 came = table.pop(exchange, number)
-                times = asked.get(key, [])
+                times = waiting_ids.get(key, [])
                 assert (None if came is None else came.time) == (times.pop(0) if times else None)
                 if not times:
-                    asked.pop(key, None)
-            total = sum(map(len, asked.values()))
+                    waiting_ids.pop(key, None)
+            total = sum(map(len, waiting_ids.values()))
             assert len(table) == total
             assert [each.pending for each in sessions] == [
-                any(key[0] == who for key in asked) for who in range(3)
+                any(key[0] == who for key in waiting_ids) for who in range(3)
             ]
             assert table.size == 10 * total
-    assert len(table.end(ReturnCode.HOST_UNREACHABLE)) == total_of(asked)
+    assert len(table.end(ReturnCode.HOST_UNREACHABLE)) == total_of(waiting_ids)
     assert (len(table), table.size) == (0, 0)
 
 
-def total_of(asked: dict[tuple[int, int, int], list[int]]) -> int:
-    return sum(map(len, asked.values()))
+def total_of(pending: dict[tuple[int, int, int], list[int]]) -> int:
+    return sum(map(len, pending.values()))
 
 
 @given(st.integers(1, 40), st.integers(1, 20))
@@ -106,12 +106,12 @@ def test_table_that_one_client_fills_has_room_for_the_window_of_another(
         other.load.share.window = window
 
         def refusals(client: ForwardedClient, count: int) -> list[ReturnCode | None]:
-            told = []
+            reports = []
             for number in range(count):
                 request = PendingRequest(client, Command.READ, 4, None, 1, 10)
                 frame = Frame(TARGETS[0], client.alias, Command.READ, 4, 0, number, b"")
-                told.append(table.add(client, frame, request, True))
-            return told
+                reports.append(table.add(client, frame, request, True))
+            return reports
 
         assert refusals(full, most + 1) == [None] * most + [ReturnCode.ROUTER_MAILBOX_FULL]
         last = [ReturnCode.ROUTER_MAILBOX_FULL]

@@ -43,8 +43,8 @@ def test_handles_are_taken_out_of_a_request_with_zero() -> None:
     frame = read_write(0xF086, 3, struct.pack("<III", 5, 6, 7))
     change = change_of(frame)
     assert change is not None
-    kept = without(frame.data, [change.actions[1]])
-    assert struct.unpack_from("<III", kept, 16) == (5, 0, 7)
+    data = without(frame.data, [change.actions[1]])
+    assert struct.unpack_from("<III", data, 16) == (5, 0, 7)
 
 
 @given(st.integers(0, 2**16 - 1), st.sampled_from((2, 3, 9)))

@@ -36,11 +36,13 @@ def swept(chain: Chain) -> tuple[int, int]:
 def test_values_and_samples_go_on_after_a_restart() -> None:
     chain, clients = restoring()
     handles = [client.fetch() for client in clients]
-    held = [client.subscribe(handle) for client, handle in zip(clients, handles, strict=True)]
+    subscriptions = [
+        client.subscribe(handle) for client, handle in zip(clients, handles, strict=True)
+    ]
     chain.tick(3)
     chain.restart_target()
     chain.tick(4)
-    for client, handle, subscription in zip(clients, handles, held, strict=True):
+    for client, handle, subscription in zip(clients, handles, subscriptions, strict=True):
         assert (client.gone, client.hints, client.foreign) == (False, [], [])
         assert client.read(handle) is not None
         assert len(client.samples[subscription]) == 4 + 5
@@ -148,13 +150,13 @@ def test_in_any_order_each_client_keeps_what_it_has(
 ) -> None:
     chain, everyone = restoring(source_nat=source_nat)
     handles: dict[Client, list[int]] = {client: [] for client in everyone}
-    held: dict[Client, list[int]] = {client: [] for client in everyone}
+    handles_of: dict[Client, list[int]] = {client: [] for client in everyone}
     for what, which, count in steps:
         there = [client for client in everyone if client in handles]
         if what == "connect" or not there:
             client = chain.client()
             everyone.append(client)
-            handles[client], held[client] = [], []
+            handles[client], handles_of[client] = [], []
             continue
         client = there[which % len(there)]
         match what:
@@ -163,17 +165,20 @@ def test_in_any_order_each_client_keeps_what_it_has(
             case "fetch many":
                 handles[client] += client.fetch_many(count)
             case "subscribe" if handles[client]:
-                held[client].append(client.subscribe(handles[client][0]))
+                handles_of[client].append(client.subscribe(handles[client][0]))
             case "subscribe many" if handles[client]:
-                held[client] += client.subscribe_many(handles[client][0], count)
+                handles_of[client] += client.subscribe_many(handles[client][0], count)
             case "read" if handles[client]:
                 value = client.read(handles[client][count % len(handles[client])])
                 assert value is not None
                 assert value % VARIABLES == client.number % VARIABLES
-            case "unsubscribe" if held[client]:
-                assert client.unsubscribe(held[client].pop()) == 0
-            case "unsubscribe many" if held[client]:
-                taken, held[client][:] = held[client][:count], held[client][count:]
+            case "unsubscribe" if handles_of[client]:
+                assert client.unsubscribe(handles_of[client].pop()) == 0
+            case "unsubscribe many" if handles_of[client]:
+                taken, handles_of[client][:] = (
+                    handles_of[client][:count],
+                    handles_of[client][count:],
+                )
                 assert set(client.unsubscribe_many(taken)) == {0}
             case "release" if len(handles[client]) > 1:
                 assert client.release(handles[client].pop()) == 0
@@ -183,7 +188,7 @@ def test_in_any_order_each_client_keeps_what_it_has(
             case "leave":
                 client.wire.close()
                 chain.loop.run()
-                del handles[client], held[client]
+                del handles[client], handles_of[client]
             case "restart":
                 chain.restart_target()
             case "cut":
@@ -199,13 +204,13 @@ def test_in_any_order_each_client_keeps_what_it_has(
         for client in handles:
             assert not client.gone
             assert (client.foreign, client.hints) == ([], [])
-            assert len(set(held[client])) == len(held[client])
+            assert len(set(handles_of[client])) == len(handles_of[client])
     chain.loop.run(0.1)  # first samples wait behind the answers to their Adds
     for client in handles:
         client.samples.clear()
     chain.tick(2)
     chain.loop.run(0.1)
-    for client, subscriptions in held.items():
+    for client, subscriptions in handles_of.items():
         assert {n: len(client.samples.get(n, ())) for n in subscriptions} == dict.fromkeys(
             subscriptions, 2
         )

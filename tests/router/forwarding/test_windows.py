@@ -125,13 +125,13 @@ def test_request_never_waits_for_more_than_a_window_of_each_other_client(
     loop, host, target = linked()
     flooding = [Program(host, number) for number in range(3)]
     polite = Program(host, 50)
-    asked, numbers = 0, [0] * 3
+    polled, numbers = 0, [0] * 3
 
     def poll() -> None:
-        nonlocal asked
-        asked += 1
-        polite.wire.write(polite.request(asked, kind, size))
-        if asked < 40:
+        nonlocal polled
+        polled += 1
+        polite.wire.write(polite.request(polled, kind, size))
+        if polled < 40:
             loop.call_at(loop.time() + 0.05, poll)
 
     poll()
