@@ -20,11 +20,11 @@ class Steps:
         self, folder: Path, variables: str, steps: tuple[Step, ...], **system: Any
     ) -> None:
         body = "CASE step OF\n"
-        for number, (block, inputs, kept) in enumerate(steps):
-            given = f"{inputs}, " if inputs else ""
+        for number, (block, inputs, after) in enumerate(steps):
+            start = f"{inputs}, " if inputs else ""
             body += (
-                f"{number}: {block}({given}bExecute := TRUE);\n IF NOT {block}.bBusy THEN\n"
-                f" {kept}\n {block}(bExecute := FALSE); step := step + 1; END_IF\n"
+                f"{number}: {block}({start}bExecute := TRUE);\n IF NOT {block}.bBusy THEN\n"
+                f" {after}\n {block}(bExecute := FALSE); step := step + 1; END_IF\n"
             )
         text = f"PROGRAM MAIN VAR step : INT; {variables} END_VAR\n{body}END_CASE END_PROGRAM"
         (folder / "a.st").write_text(text, encoding="utf-8")

@@ -52,9 +52,9 @@ def _blocks(pointer: int) -> Mapping[str, StructType[Any]]:
     rules = TC3_X64 if pointer == 8 else TC3_X86
     declared = declare([parse(source, name="MAIN")], rules=rules)
     members = declared.programs["main"].__iec__.members
-    found = {name: member.type for name, member in zip(names, members, strict=True)}
-    assert all(isinstance(type, StructType) for type in found.values())
-    return found  # type: ignore[return-value]
+    types = {name: member.type for name, member in zip(names, members, strict=True)}
+    assert all(isinstance(type, StructType) for type in types.values())
+    return types  # type: ignore[return-value]
 
 
 def _ours(type: StructType[Any]) -> tuple[int, list[Member]]:

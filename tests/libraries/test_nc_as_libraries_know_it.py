@@ -29,12 +29,12 @@ PORTS = (500, 501)
 @pytest.fixture
 def station() -> Station:
     axes = [{"id": 1, "name": "X"}, {"id": 2, "name": "Y"}]
-    made = Station(parse({"axis": axes}, "a.toml"))
-    assert made.nc is not None
-    for axis in (made.nc.axis(1), made.nc.axis(2)):
+    station = Station(parse({"axis": axes}, "a.toml"))
+    assert station.nc is not None
+    for axis in (station.nc.axis(1), station.nc.axis(2)):
         axis.control_dword, axis.velocity_override = 7, 1_000_000
-    made.advance(0.02)
-    return made
+    station.advance(0.02)
+    return station
 
 
 def _axis(station: Station, number: int = 1) -> Any:
@@ -94,16 +94,16 @@ def test_torque_has_start_types_of_its_own(station: Station) -> None:
         data = struct.pack("<4I7d", kind, 0, 0, 0, 5.0, 0.0, 100.0, -100.0, 0.0, 0.0, 0.0)
         return _nc(station).read_write(FUNCTIONS, 0x2D, 4, data)
 
-    with pytest.raises(DeviceError) as told:
+    with pytest.raises(DeviceError) as error:
         torque(12288)
-    assert told.value.code == NcError.GENERATOR_INACTIVE
+    assert error.value.code == NcError.GENERATOR_INACTIVE
     for kind in (12289, 12290, 12288):
         torque(kind)
         station.advance(0.05)
     for kind in (12287, 12291, 1):
-        with pytest.raises(DeviceError) as told:
+        with pytest.raises(DeviceError) as error:
             torque(kind)
-        assert told.value.code == NcError.START_TYPE
+        assert error.value.code == NcError.START_TYPE
 
 
 def _on_both_ports() -> Iterator[tuple[int, int, int, bytes]]:

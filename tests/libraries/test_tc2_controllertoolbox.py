@@ -156,8 +156,8 @@ def test_lags_are_their_transfer_functions(
     for name, denominator in (("PT1", one), ("PT3", list(three))):
         block = Block(name, fKp=kp, tT1=t1, tT2=t2, tT3=t3, tCtrlCycleTime=10 * every)
         expected = tustin([kp], denominator, cycle, sampled)
-        held = [expected[k // every] for k in range(len(x))]
-        assert block.run(x) == pytest.approx(held, rel=1e-6, abs=1e-9)
+        samples = [expected[k // every] for k in range(len(x))]
+        assert block.run(x) == pytest.approx(samples, rel=1e-6, abs=1e-9)
         assert block.error == NO_ERROR
 
 
@@ -407,8 +407,8 @@ def test_modes_errors_and_bumpless_return(value: float, x: float) -> None:
         assert block.run([x], mode="PASSIVE", reset=False) == [0.0]
         assert block.run([x], mode="IDLE", reset=False) == [0.0]
         block.block["bHold"] = True
-        held = block.run([x, -x, 3.0], reset=False)
-        assert held == [held[0]] * 3
+        values = block.run([x, -x, 3.0], reset=False)
+        assert values == [values[0]] * 3
         block.block["bHold"] = False
         block.block["bSync"] = True
         assert block.run([x], reset=False)[0] != 0.0 or value == 0.0

@@ -103,12 +103,12 @@ CALLS = (
 
 def test_diagnosis_and_objects(tmp_path: Path) -> None:
     variables, body = "", "CASE step OF\n"
-    for number, (declared, inputs, kept) in enumerate(CALLS):
+    for number, (declared, inputs, after) in enumerate(CALLS):
         name = declared.split()[0]
         variables += f" {declared};"
-        given = f"{inputs}, " if inputs else ""
+        start = f"{inputs}, " if inputs else ""
         body += (
-            f"{number}: {name}({given}bExecute := TRUE); IF NOT {name}.bBusy THEN {kept}"
+            f"{number}: {name}({start}bExecute := TRUE); IF NOT {name}.bBusy THEN {after}"
             f" errors[{number}] := {name}.bError; step := step + 1; END_IF\n"
         )
     text = (
@@ -132,9 +132,9 @@ def test_diagnosis_and_objects(tmp_path: Path) -> None:
     assert [n for n, error in enumerate(main["errors"]) if error] == [last - 3, last - 2, last - 1]
     assert (main["small"]["nErrorId"], main["nowhere"]["nErrorId"]) == (0x705, 0x706)
     assert main["scan"]["nSlaves"] == 2
-    found = main["seen"][1]
-    assert (found["nAddr"], found["stSlaveIdentity"]["serialNo"]) == (1002, 6)
-    assert found["ndlStatusReg"] == 0x5530
+    result = main["seen"][1]
+    assert (result["nAddr"], result["stSlaveIdentity"]["serialNo"]) == (1002, 6)
+    assert result["ndlStatusReg"] == 0x5530
     assert bus.objects[0xF002_0001] == b"\x01\0"
     frames = main["frames"]
     assert (frames["nLostFrames"], frames["nLostQueuedFrames"]) == (3, 1)

@@ -44,9 +44,9 @@ def run(folder: Path, document: dict[str, Any]) -> tuple[Station, Any]:
     for number, (declared, inputs) in enumerate(BLOCKS):
         block = declared.partition(" ")[0]
         start = "RESET" if block == "reset" else "START"
-        given = f"{inputs}, " if inputs else ""
+        start_inputs = f"{inputs}, " if inputs else ""
         body += (
-            f"{number}: {block}({given}{start} := TRUE);\n IF NOT {block}.BUSY THEN\n"
+            f"{number}: {block}({start_inputs}{start} := TRUE);\n IF NOT {block}.BUSY THEN\n"
             f" errors[{number}] := {block}.ERRID; failed[{number}] := {block}.ERR;\n"
             f" {block}({start} := FALSE); step := step + 1; END_IF\n"
         )

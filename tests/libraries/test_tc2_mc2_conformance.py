@@ -88,7 +88,7 @@ class Case:
 
     block: str
     inputs: Mapping[str, Any] = field(default_factory=dict)
-    held: str = "B D"
+    bits: str = "B D"
     requests: int = 1
     key: str = "Execute"
     others: Mapping[str, str] = field(default_factory=dict)
@@ -110,7 +110,7 @@ class Case:
     @property
     def lasts(self) -> bool:
         """Return True if it is busy in many calls until a motion ends or forever."""
-        return not self.short and self.held != "B D"
+        return not self.short and self.bits != "B D"
 
     def bench(self, folder: Path, form: str) -> Bench:
         """The block, and all further ones of its tests, so that these have the same program."""
@@ -137,9 +137,9 @@ def move(block: str, **inputs: Any) -> Case:
     )
 
 
-def gear(block: str, held: str, **more: Any) -> Case:
+def gear(block: str, bits: str, **more: Any) -> Case:
     return Case(
-        block, held=held, slave=True, calls=SHORT,
+        block, bits=bits, slave=True, calls=SHORT,
         abort=({"out": "MC_GearOut"}, edge("out")), **more,
     )  # fmt: skip
 
@@ -176,7 +176,7 @@ _CASES = (
     move("MC_MoveVelocity"),
     move("MC_MoveContinuousAbsolute", Position=20.0, EndVelocity=30.0),
     move("MC_MoveContinuousRelative", Distance=20.0, EndVelocity=30.0),
-    Case("MC_Halt", held="B BA D", calls=LONG, others=RUN, prepare=runs,
+    Case("MC_Halt", bits="B BA D", calls=LONG, others=RUN, prepare=runs,
          abort=({"move": "MC_MoveAbsolute"}, edge("move", Position=5.0, **FAST))),
     Case("MC_Home", {"bCalibrationCam": True}, "B BA", calls=LONG, abort=HALTED,
          refused=({"HomingMode": 1}, 0x4B04)),
@@ -213,9 +213,9 @@ _CASES = (
          refused=({"PositionType": 5}, int(NcError.START_TYPE))),
     Case("MC_ExtSetPointGenDisable", calls=SHORT, others={"on": "MC_ExtSetPointGenEnable"},
          prepare=lambda on: on.edge("on", 3)),
-    Case("MC_TouchProbe", held="B", requests=2, calls=60, prepare=arms,
+    Case("MC_TouchProbe", bits="B", requests=2, calls=60, prepare=arms,
          abort=({"end": "MC_AbortTrigger"}, edge("end"))),
-    Case("MC_TouchProbe_V2", held="B", requests=2, calls=60, prepare=arms,
+    Case("MC_TouchProbe_V2", bits="B", requests=2, calls=60, prepare=arms,
          abort=({"end": "MC_AbortTrigger_V2"}, edge("end"))),
     Case("MC_AbortTrigger", requests=2, calls=SHORT, prepare=arms),
     Case("MC_AbortTrigger_V2", requests=2, calls=SHORT, prepare=arms),
@@ -277,7 +277,7 @@ ALL = pytest.mark.parametrize("case", CASES, ids=ids, scope="module")
 
 def expected(case: Case, *, dropped: bool = False) -> list[str]:
     """The outputs until nothing changes; after Execute fell the result is there for one call."""
-    shown = case.held.split()
+    shown = case.bits.split()
     return [*shown, ""] if dropped and "D" in shown[-1] else shown
 
 
@@ -306,7 +306,7 @@ def test_execute_held(case: Case, tmp_path: Path, form: str) -> None:
     assert len(on.requests) == case.requests
     assert {frame.target[6:] for frame in on.requests} <= {b"\xf4\x01", b"\xf5\x01"}
     on.set("it", **{case.key: False})
-    if "D" in case.held:
+    if "D" in case.bits:
         assert on.outputs("it", 2) == [""]
         assert len(on.requests) == case.requests
 
@@ -351,7 +351,7 @@ def test_execute_dropped_early(case: Case, tmp_path: Path, form: str) -> None:
     first = expected(case)[0]
     after = seen if seen[0] == first else [first, *seen]
     assert after == expected(case, dropped=True)
-    if "D" in case.held:
+    if "D" in case.bits:
         assert sum("D" in shown for shown in each) == 1
     assert len(on.requests) == case.requests
 

@@ -20,9 +20,9 @@ def run(
     """A station whose `MAIN` calls blocks of the axis, each until it is not busy."""
     body = "IF go THEN CASE step OF\n"
     for number, (block, inputs) in enumerate(steps):
-        given = f"{inputs}, " if inputs else ""
+        start = f"{inputs}, " if inputs else ""
         body += (
-            f"{number}: {block}({given}Axis := X, Execute := TRUE);\n IF NOT {block}.Busy THEN\n"
+            f"{number}: {block}({start}Axis := X, Execute := TRUE);\n IF NOT {block}.Busy THEN\n"
             f" failed[{number}] := {block}.Error; {block}(Axis := X, Execute := FALSE);\n"
             " step := step + 1; END_IF\n"
         )

@@ -119,7 +119,7 @@ def _note(at: list[int], nc: Nc, frame: Frame) -> None:
 
 @pytest.mark.parametrize("name", MOTIONS)
 def test_blocks_and_services_move_alike(name: str, tmp_path: Path, client_of: Any) -> None:
-    given, sent = MOTIONS[name]
+    calls, sent = MOTIONS[name]
     traces = []
     for form in FORMS:
         (tmp_path / form).mkdir()
@@ -130,7 +130,7 @@ def test_blocks_and_services_move_alike(name: str, tmp_path: Path, client_of: An
         on.station.router.put_watcher(partial(_note, at, nc))
 
         def press(cycle: int, on: Bench = on) -> None:
-            for call, block, inputs in given:
+            for call, block, inputs in calls:
                 if cycle == 5 * call:
                     on.set(block, Execute=True, **inputs)
 

@@ -61,8 +61,8 @@ def device(memory: Memory, unit: int = 7) -> Callable[[bytes], bytes]:
     def answer(frame: bytes) -> bytes:
         if frame[0] != unit:
             return b""
-        found = frame[:1] + memory.answer(frame[0], frame[1:-2])
-        return found + check_sum(found)
+        answer = frame[:1] + memory.answer(frame[0], frame[1:-2])
+        return answer + check_sum(answer)
 
     return answer
 

@@ -108,8 +108,8 @@ def test_errors(tmp_path: Path) -> None:
             ("regs", "nQuantity := 1, nMBAddr := 0, cbLength := 8, pDestAddr := 0"),
             ("regs", "nQuantity := 4, nMBAddr := 0, cbLength := 8, pDestAddr := ADR(words)"),
         )
-    found = list(main["errors"])[:7]
-    assert found == [0x8002, 0x8003, 0x8002, 0x8002, 0x741, 0x741, 0]
+    errors = list(main["errors"])[:7]
+    assert errors == [0x8002, 0x8003, 0x8002, 0x8002, 0x741, 0x741, 0]
     assert list(main["failed"])[:7] == [*[True] * 6, False]
     assert list(main["words"]) == [0x1100, 0x1101, 0x1102, 0x1103]
     assert memory.registers[0] == 0x1100

@@ -223,10 +223,10 @@ def test_parameters_of_a_terminal_without_registers(changed: str, error: str) ->
     name, _, value = changed.partition(" := ")
     if name:
         inputs[name] = value
-    given = ", ".join(f"{name} := {value}" for name, value in inputs.items())
+    arguments = ", ".join(f"{name} := {value}" for name, value in inputs.items())
     ran = Ran(
         "PROGRAM MAIN VAR i : KL6inData22B; o : KL6outData22B; config : KL6Configuration; END_VAR"
-        f" config(Execute := TRUE, {given}); END_PROGRAM"
+        f" config(Execute := TRUE, {arguments}); END_PROGRAM"
     ).cycle(1 if name else 510)
     assert (ran["config.Error"], ran["config.Busy"], ran["config.Done"]) == (True, False, False)
     assert ran["config.ErrorId"].name == error

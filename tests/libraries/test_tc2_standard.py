@@ -19,18 +19,18 @@ def _trace(block: str, steps: list[bool], pt_ms: int) -> list[tuple[bool, int]]:
     )
     main: Any = ran.plc.instance("MAIN")
     main["p"] = pt_ms
-    found = []
+    trace = []
     for step in steps:
         main["i"] = step
         ran.cycle()
         assert ran.plc.failure == ""
-        found.append((ran["t.Q"], round(ran["t.ET"].total_seconds() * 1000)))
-    return found
+        trace.append((ran["t.Q"], round(ran["t.ET"].total_seconds() * 1000)))
+    return trace
 
 
 def _model(block: str, steps: list[bool], pt: int) -> list[tuple[bool, int]]:
     """The same by closed form: what matters is when the edge was."""
-    found, start, before, q, et = [], 0, False, False, 0
+    trace, start, before, q, et = [], 0, False, False, 0
     for number, on in enumerate(steps):
         now = number * CYCLE_MS
         if block == "TON":
@@ -56,8 +56,8 @@ def _model(block: str, steps: list[bool], pt: int) -> list[tuple[bool, int]]:
             if not q and not on:
                 et = 0
         before = on
-        found.append((q, et))
-    return found
+        trace.append((q, et))
+    return trace
 
 
 @pytest.mark.parametrize("block", ["TON", "TOF", "TP"])

@@ -109,10 +109,10 @@ END_PROGRAM
 def _steps(*calls: tuple[str, str, str]) -> str:
     """Each block with its inputs until it is not busy, then what is kept of it."""
     body = "CASE step OF\n"
-    for number, (block, inputs, kept) in enumerate(calls):
+    for number, (block, inputs, after) in enumerate(calls):
         body += (
             f"{number}: {block}({inputs}, bExecute := TRUE);\n IF NOT {block}.bBusy THEN\n"
-            f" errors[{number}] := {block}.nErrId; {kept}\n {block}(bExecute := FALSE);"
+            f" errors[{number}] := {block}.nErrId; {after}\n {block}(bExecute := FALSE);"
             " step := step + 1; END_IF\n"
         )
     return STEPS.format(body=body + "END_CASE")

@@ -109,11 +109,11 @@ def test_formats(formatter: Ran, text: str, names: str, result: str) -> None:
     ],
 )
 def test_what_is_wrong_in_a_format(formatter: Ran, text: str, names: str, error: int) -> None:
-    found = _formatted(formatter, text, *names.split())
+    result = _formatted(formatter, text, *names.split())
     if error & 0x8000:  # the argument was taken already
-        assert (found[0], found[1] & ~0xF) == ("", 0x8000)
+        assert (result[0], result[1] & ~0xF) == ("", 0x8000)
     else:
-        assert found == ("", error)
+        assert result == ("", error)
 
 
 def test_a_pointer_to_nothing_is_told() -> None:
@@ -227,11 +227,11 @@ def there_and_back() -> Ran:
 def test_texts_to_utf_8_and_back(there_and_back: Ran, text: str, size: int) -> None:
     ran = _with(there_and_back, w=text, size=size)
     assert ran.plc.failure == ""
-    kept = text
-    while len(kept.encode()) >= size:
-        kept = kept[:-1]
-    assert (ran["ok"], ran["u"], ran["back"]) == (kept == text, kept, kept)
-    assert ran["s"].encode("cp1252", "replace") == kept.encode("cp1252", "replace")
+    end = text
+    while len(end.encode()) >= size:
+        end = end[:-1]
+    assert (ran["ok"], ran["u"], ran["back"]) == (end == text, end, end)
+    assert ran["s"].encode("cp1252", "replace") == end.encode("cp1252", "replace")
     assert (ran["b2"], ran["b3"], ran["b4"], ran["guard"]) == (True, True, True, 7)
 
 
@@ -277,8 +277,8 @@ def test_dates_are_those_of_the_calendar(times: Ran, moment: datetime) -> None:
     main["t"] = filetime
     times.cycle()
     assert times.plc.failure == ""
-    found = list(times["s"].values())
-    assert found == [
+    days = list(times["s"].values())
+    assert days == [
         *(moment.year, moment.month, moment.isoweekday() % 7, moment.day),
         *(moment.hour, moment.minute, moment.second, moment.microsecond // 1000),
     ]
@@ -374,10 +374,10 @@ def test_the_time_of_day_is_asked_and_counts_in_between(tmp_path: Path) -> None:
     assert (main["t"]["bValid"], int(main["t"]["tzID"])) == (True, 1)
     station.advance(3.98)
     assert station.plcs[851].failure == ""
-    found = main["t"]["systemTime"]
-    moment = [found[f"w{name}"] for name in ("Month", "Day", "Hour", "Minute", "Second")]
+    time = main["t"]["systemTime"]
+    moment = [time[f"w{name}"] for name in ("Month", "Day", "Hour", "Minute", "Second")]
     assert moment == [3, 1, 0, 0, 3]
-    assert (found["wMilliseconds"], found["wDayOfWeek"]) == (0, 5)
+    assert (time["wMilliseconds"], time["wDayOfWeek"]) == (0, 5)
     assert main["far"]["bValid"] is False
     main["on"] = False
     station.advance(0.05)

@@ -93,7 +93,7 @@ def test_wide_texts_and_guids() -> None:
 @given(st.lists(st.sampled_from(["", "a", "bcd", "x" * 20]), max_size=8), st.booleans())
 def test_texts_first_in_first_out(texts: list[str], over: bool) -> None:
     room = 60
-    calls = "".join(f" r.putValue := '{text}'; r.A_AddTail(); {_kept('r')}" for text in texts)
+    calls = "".join(f" r.putValue := '{text}'; r.A_AddTail(); {_ok('r')}" for text in texts)
     ran = Ran(
         f"PROGRAM MAIN VAR r : FB_StringRingBuffer; m : ARRAY [1..{room}] OF BYTE; n : INT;"
         " ok : ARRAY [0..40] OF BOOL; out : ARRAY [0..20] OF T_MaxString; k : INT; END_VAR"
@@ -102,23 +102,23 @@ def test_texts_first_in_first_out(texts: list[str], over: bool) -> None:
         " END_WHILE END_PROGRAM"
     ).cycle()
     assert ran.plc.failure == ""
-    kept: list[str] = []
+    buffer: list[str] = []
     fits = []
     for text in texts:
-        while over and kept and _size(kept) + 5 + len(text) > room:
-            kept.pop(0)
-        fits.append(_size(kept) + 5 + len(text) <= room)
+        while over and buffer and _size(buffer) + 5 + len(text) > room:
+            buffer.pop(0)
+        fits.append(_size(buffer) + 5 + len(text) <= room)
         if fits[-1]:
-            kept.append(text)
+            buffer.append(text)
     assert list(ran["ok"])[: len(texts)] == fits
-    assert list(ran["out"])[: ran["k"]] == kept
+    assert list(ran["out"])[: ran["k"]] == buffer
 
 
 def _size(texts: list[str]) -> int:
     return sum(5 + len(text) for text in texts)
 
 
-def _kept(block: str) -> str:
+def _ok(block: str) -> str:
     return f"ok[n] := {block}.bOk; n := n + 1;"
 
 
@@ -128,10 +128,10 @@ def test_last_in_first_out_and_parts() -> None:
         " := 2; x, y : DINT; ok : ARRAY [0..9] OF BOOL; n : INT; cut : FB_MemBufferSplit; join :"
         " FB_MemBufferMerge; t : STRING(10) := 'abcdefg'; u : STRING(10); c : INT; END_VAR"
         " s.pBuffer := ADR(m); s.cbBuffer := 19; s.pWrite := ADR(a); s.cbWrite := 4; s.A_Push();"
-        f" {_kept('s')} s.pWrite := ADR(b); s.cbWrite := 2; s.A_Push(); {_kept('s')} s.A_Push();"
-        f" {_kept('s')} s.pRead := ADR(x); s.cbRead := 1; s.A_Top();"
-        f" {_kept('s')} s.cbRead := 4; s.A_Pop(); s.pRead := ADR(y); s.A_Pop();"
-        f" {_kept('s')} s.A_Pop(); {_kept('s')} cut(eCmd := eEnumCmd_First, pBuffer := ADR(t),"
+        f" {_ok('s')} s.pWrite := ADR(b); s.cbWrite := 2; s.A_Push(); {_ok('s')} s.A_Push();"
+        f" {_ok('s')} s.pRead := ADR(x); s.cbRead := 1; s.A_Top();"
+        f" {_ok('s')} s.cbRead := 4; s.A_Pop(); s.pRead := ADR(y); s.A_Pop();"
+        f" {_ok('s')} s.A_Pop(); {_ok('s')} cut(eCmd := eEnumCmd_First, pBuffer := ADR(t),"
         " cbBuffer := 7, cbSize := 3); join.eCmd := eEnumCmd_First; WHILE cut.bOk DO"
         " join(pBuffer := ADR(u), cbBuffer := 10, pSegment := cut.pSegment, cbSegment :="
         " cut.cbSegment); join.eCmd := eEnumCmd_Next; c := c + 1; cut(eCmd := eEnumCmd_Next);"
@@ -192,11 +192,11 @@ def test_values_by_key() -> None:
         "PROGRAM MAIN VAR h : T_HHASHTABLE; e : ARRAY [0..3] OF T_HashTableEntry; t :"
         " FB_HashTableCtrl; ok : ARRAY [0..20] OF BOOL; n : INT; v : ARRAY [0..9] OF PVOID; c :"
         " UDINT; made : BOOL; END_VAR made := F_CreateHashTableHnd(ADR(e), SIZEOF(e), h);"
-        f" t(hTable := h, key := 5, putValue := 50); t.A_Add(); {_kept('t')}"
-        f" t.key := 9; t.putValue := 90; t.A_Add(); {_kept('t')} t.A_Add(); {_kept('t')}"
-        f" t.key := 5; t.A_Lookup(); v[0] := t.getValue; t.key := 7; t.A_Lookup(); {_kept('t')}"
-        f" t.key := 1; t.A_Add(); t.key := 2; t.A_Add(); {_kept('t')} t.key := 3; t.A_Add();"
-        f" {_kept('t')} t.key := 5; t.A_Remove(); {_kept('t')} t.key := 9; t.A_Lookup();"
+        f" t(hTable := h, key := 5, putValue := 50); t.A_Add(); {_ok('t')}"
+        f" t.key := 9; t.putValue := 90; t.A_Add(); {_ok('t')} t.A_Add(); {_ok('t')}"
+        f" t.key := 5; t.A_Lookup(); v[0] := t.getValue; t.key := 7; t.A_Lookup(); {_ok('t')}"
+        f" t.key := 1; t.A_Add(); t.key := 2; t.A_Add(); {_ok('t')} t.key := 3; t.A_Add();"
+        f" {_ok('t')} t.key := 5; t.A_Remove(); {_ok('t')} t.key := 9; t.A_Lookup();"
         " v[1] := t.getValue; c := h.nCount; t.A_GetFirst(); WHILE t.bOk DO v[2] := v[2] + 1;"
         " t.putPosPtr := t.getPosPtr; t.A_GetNext(); END_WHILE t.A_Reset(); v[3] := h.nFree;"
         " END_PROGRAM"
@@ -259,8 +259,8 @@ def test_time_zones_as_the_calendar_has_them(name: str, moment: datetime) -> Non
         " back(in := there.out, tzInfo := z); END_PROGRAM"
     ).cycle()
     assert ran.plc.failure == ""
-    found = ran["there.out"]
-    shown = datetime(*(found[f"w{part}"] for part in ("Year", "Month", "Day", "Hour", "Minute")))
+    out = ran["there.out"]
+    shown = datetime(*(out[f"w{part}"] for part in ("Year", "Month", "Day", "Hour", "Minute")))
     assert shown == local.replace(tzinfo=None, second=0)
     assert ran["there.bB"] == bool(local.fold)
     kind = 0 if winter is None else 2 if local.dst() else 1

@@ -28,15 +28,22 @@ def test_identification_of_a_computer(tmp_path: Path) -> None:
     assert station.plcs[851].failure == ""
     for block, length in (("long", 16), ("short", 12)):
         assert (main[block]["bBusy"], main[block]["bError"]) == (False, False)
-        found = main[block]["stDevIdent"]
-        assert (found["strTargetType"], found["strHardwareModel"]) == ("PC", "achse")
-        assert found["strHardwareSerialNo"] == "Press 7 in the hall"[:length]
-        assert found["strHardwareCPU"] == platform.machine()[:20]
-        assert found["strImageOsName"] == platform.system()
-        assert found["strImageOsVersion"] == platform.release()[:8]
-        versions = found["strTwinCATVersion"], found["strTwinCATRevision"], found["strTwinCATBuild"]
+        identification = main[block]["stDevIdent"]
+        assert (identification["strTargetType"], identification["strHardwareModel"]) == (
+            "PC",
+            "achse",
+        )
+        assert identification["strHardwareSerialNo"] == "Press 7 in the hall"[:length]
+        assert identification["strHardwareCPU"] == platform.machine()[:20]
+        assert identification["strImageOsName"] == platform.system()
+        assert identification["strImageOsVersion"] == platform.release()[:8]
+        versions = (
+            identification["strTwinCATVersion"],
+            identification["strTwinCATRevision"],
+            identification["strTwinCATBuild"],
+        )
         assert versions == tuple(map(str, VERSION))
-        assert found["strAmsNetId"] == str(station.router.net_id)
-        assert found["strHardwareDate"] == ""
+        assert identification["strAmsNetId"] == str(station.router.net_id)
+        assert identification["strHardwareDate"] == ""
     assert (main["far"]["bBusy"], main["far"]["bError"]) == (False, True)
     assert main["far"]["nErrorId"] == 7

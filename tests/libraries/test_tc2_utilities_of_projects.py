@@ -58,8 +58,8 @@ def test_numbers_in_two_halves(halves: Ran, a: int, b: int) -> None:
         main[name].dwHighPart = value >> 32
     halves.cycle()
     for name, value in (("sum", a + b), ("difference", a - b), ("product", a * b)):
-        found = halves[name]
-        assert found["dwHighPart"] << 32 | found["dwLowPart"] == value % (1 << 64)
+        number = halves[name]
+        assert number["dwHighPart"] << 32 | number["dwLowPart"] == value % (1 << 64)
     assert halves["order"] == (a > b) - (a < b)
     assert halves["turned"].to_bytes(8, "little") == a.to_bytes(8, "big")
     assert halves["back"] == a

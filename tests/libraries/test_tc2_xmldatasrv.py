@@ -58,7 +58,7 @@ def run(tmp_path: Path) -> Run:
     return ended
 
 
-def _found(folder: Path) -> ElementTree.Element:
+def _written(folder: Path) -> ElementTree.Element:
     return ElementTree.parse(next((folder / "shown").rglob("v.xml"))).getroot()
 
 
@@ -83,7 +83,7 @@ def test_missing_file_and_elements_are_added_and_read_back(run: Run, tmp_path: P
             IF NOT readByName.bBusy THEN step := 2; errors[1] := readByName.nErrId; END_IF
         END_CASE""")
     assert (main["step"], list(main["errors"])[:2]) == (2, [0, 0])
-    root = _found(tmp_path)
+    root = _written(tmp_path)
     assert root.tag == "data"
     assert _flat(root)[1:] == _flat(ElementTree.fromstring(FULL))
     assert bytes(main["copy"]) == bytes(main["all"])
@@ -124,7 +124,7 @@ def test_elements_that_are_not_in_the_file_are_skipped(run: Run, tmp_path: Path)
     assert (main["step"], list(main["errors"])[:3], main["value"]) == (4, [0, 0, 0], 4)
     part = main["part"]
     assert (part["a"], part["b"], part["c"]) == (5, 6, 1.2)
-    assert [(each.tag, each.text) for each in _found(tmp_path)[0]] == [
+    assert [(each.tag, each.text) for each in _written(tmp_path)[0]] == [
         ("Info", "test"), ("a", "5"), ("C", "1.2"),
     ]  # fmt: skip
 

@@ -14,15 +14,15 @@ _BLOCKS = Path(achse.libraries.__file__).parent / "tc3_database" / "blocks.st"
 
 
 def _methods() -> list[tuple[str, str]]:
-    found, block = [], ""
+    methods, block = [], ""
     for line in _BLOCKS.read_text(encoding="utf-8").splitlines():
         if match := re.match(r"FUNCTION_BLOCK (FB_\w+)", line):
             block = match[1]
         elif line.startswith("FUNCTION_BLOCK"):
             block = ""
         elif block and (match := re.match(r"METHOD (\w+) : BOOL", line)):
-            found.append((block, match[1]))
-    return found
+            methods.append((block, match[1]))
+    return methods
 
 
 def _main(tmp_path: Path, body: str) -> Any:

@@ -49,9 +49,9 @@ def test_what_is_written_is_json(
         main["b"][index] = byte
     ran.cycle(3)
     assert ran.plc.failure == ""
-    found = json.loads(ran["out"])
-    assert abs(found["list"][1] - real) < 1e-9 * max(1, abs(real))
-    assert found | {"list": found["list"][:1] + found["list"][2:]} == {
+    report = json.loads(ran["out"])
+    assert abs(report["list"][1] - real) < 1e-9 * max(1, abs(real))
+    assert report | {"list": report["list"][:1] + report["list"][2:]} == {
         "text": text,
         "list": [whole, truth, None, {}],
         "n": 7,
@@ -98,8 +98,8 @@ def test_what_is_read() -> None:
     assert (ran["part"], ran["sum"], ran["size"], ran["idx"]) == ("q", 6, 3, 2)
     assert ran["names"] == "name n big x on l o "
     assert (ran["isInt"], ran["isObj"], ran["other"]) == (True, True, "{}")
-    found = json.loads(ran["all"].encode("cp1252").decode("utf-8"))
-    assert found == {
+    report = json.loads(ran["all"].encode("cp1252").decode("utf-8"))
+    assert report == {
         "name": "pump", "n": 8, "x": 1.5, "on": True, "o": {"p": "q"}, "new": "té'x",
         "a": [True, 0.5], "j": {"k": None},
     }  # fmt: skip

@@ -56,9 +56,9 @@ def test_values_of_all_types(values: Ran, old: dict[str, Any], new: dict[str, An
     assert values.plc.failure == ""
     for key in TYPES:
         assert (main[f"b{key}"], main[f"d{key}"]) == (old[key], old[key])
-    found = ElementTree.fromstring(values["s"])
-    assert [child.tag for child in found] == [f"c{key}" for key in TYPES]
-    for key, child in zip(TYPES, found, strict=True):
+    root = ElementTree.fromstring(values["s"])
+    assert [child.tag for child in root] == [f"c{key}" for key in TYPES]
+    for key, child in zip(TYPES, root, strict=True):
         assert child.get("a") == child.text
         assert child.text is not None
         if key == "Bool":
@@ -158,8 +158,8 @@ def test_documents_in_files(tmp_path: Path) -> None:
     sizes = list(main["sizes"])
     assert sizes[0] == sizes[1] > 4096
     assert sizes[2] == sizes[3]
-    found = ElementTree.parse(tmp_path / "shown" / "a.xml").getroot()
-    assert [int(item.text or "") for item in found] == list(range(1, 301))
+    root = ElementTree.parse(tmp_path / "shown" / "a.xml").getroot()
+    assert [int(item.text or "") for item in root] == list(range(1, 301))
     listed = json.loads((tmp_path / "shown" / "a.json").read_text(encoding="utf-8"))
     assert listed == list(range(1, 301))
     results = [int(value) & 0xFFFFFFFF for value in main["results"]]

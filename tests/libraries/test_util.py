@@ -13,15 +13,15 @@ from tests.plc.code.conftest import Ran
 def outputs(variables: str, body: str, name: str, count: int) -> list[object]:
     """The values of a variable after each of `count` cycles."""
     ran = Ran(f"PROGRAM MAIN VAR c : INT; {variables} END_VAR {body} c := c + 1; END_PROGRAM")
-    found = [ran.cycle()[name] for _ in range(count)]
+    values = [ran.cycle()[name] for _ in range(count)]
     assert ran.plc.failure == ""
-    return found
+    return values
 
 
 def test_blink_is_on_first_and_stays_without_enable() -> None:
     body = "b(ENABLE := c < 7, TIMELOW := T#20MS, TIMEHIGH := T#30MS);"
-    found = outputs("b : BLINK;", body, "b.OUT", 12)
-    assert "".join(str(int(bool(one))) for one in found) == "111001111111"
+    values = outputs("b : BLINK;", body, "b.OUT", 12)
+    assert "".join(str(int(bool(one))) for one in values) == "111001111111"
     assert outputs("b : BLINK;", "b(ENABLE := FALSE);", "b.OUT", 2) == [False, False]
 
 
@@ -38,9 +38,9 @@ def test_blink_is_on_first_and_stays_without_enable() -> None:
     ],
 )
 def test_gen_takes_a_period_by_time_or_by_calls(mode: str, expected: list[int]) -> None:
-    given = f"MODE := GEN_MODE.{mode}, AMPLITUDE := 100, RESET := c = 9"
+    inputs = f"MODE := GEN_MODE.{mode}, AMPLITUDE := 100, RESET := c = 9"
     both = (
-        f"t({given}, BASE := TRUE, PERIOD := T#80MS); n({given}, CYCLES := 8);"
+        f"t({inputs}, BASE := TRUE, PERIOD := T#80MS); n({inputs}, CYCLES := 8);"
         " IF t.OUT <> n.OUT THEN differs := TRUE; END_IF"
     )
     variables = "t, n : GEN; differs : BOOL;"
@@ -53,16 +53,16 @@ def test_hysteresis_and_limit_alarm() -> None:
     body += " h(IN := x, HIGH := 15, LOW := -5); a(IN := x, HIGH := 15, LOW := -5);"
     variables = "x : INT; h : HYSTERESIS; a : LIMITALARM;"
     # x: -20 -10 0 10 20 10 0 -10
-    found = {
+    traces = {
         name: "".join(str(int(bool(one))) for one in outputs(variables, body, name, 8))
         for name in ("h.OUT", "a.O", "a.U", "a.IL")
     }
-    assert found == {"h.OUT": "11110001", "a.O": "00001000", "a.U": "11000001", "a.IL": "00110110"}
+    assert traces == {"h.OUT": "11110001", "a.O": "00001000", "a.U": "11000001", "a.IL": "00110110"}
 
 
 def test_ramps_follow_within_their_slopes() -> None:
-    given = "IN := SEL(c > 0 AND c < 5, 0, 10), ASCEND := 3, DESCEND := 4, RESET := c = 8"
-    body = f"r({given}); i({given}); t({given}, TIMEBASE := T#20MS);"
+    inputs = "IN := SEL(c > 0 AND c < 5, 0, 10), ASCEND := 3, DESCEND := 4, RESET := c = 8"
+    body = f"r({inputs}); i({inputs}); t({inputs}, TIMEBASE := T#20MS);"
     variables = "r, t : RAMP_REAL; i : RAMP_INT;"
     assert outputs(variables, body, "r.OUT", 8) == [0, 3, 6, 9, 10, 6, 2, 0]
     assert outputs(variables, body, "i.OUT", 8) == [0, 3, 6, 9, 10, 6, 2, 0]

@@ -96,14 +96,14 @@ def _pointers(name: str) -> list[str]:
 
 
 def _call(name: str, from_nci: str) -> str:
-    given = []
+    arguments = []
     for block in units()[name].blocks:
         if block.section == "VAR_IN_OUT":
             for variable in block.variables:
                 value = REFERENCES[variable.type.name]
                 value = from_nci if value == "fromNci" else value
-                given += [f"{each.name} := {value}" for each in variable.names]
-    return f"    a{name}({', '.join(given)});"
+                arguments += [f"{each.name} := {value}" for each in variable.names]
+    return f"    a{name}({', '.join(arguments)});"
 
 
 class NciBench:
@@ -151,12 +151,12 @@ class NciBench:
         for n in range(1, 7):
             axis = self.nc.axis(n)
             axis.control_dword, axis.velocity_override = 7, 1_000_000
-        self.asked: list[Frame] = []
+        self.requested_frames: list[Frame] = []
         deliver = self.station.router.deliver
 
         def watched(frame: Frame) -> bool:
             if AmsAddress(frame.source).port == 851 and not frame.flags & 1:
-                self.asked.append(frame)
+                self.requested_frames.append(frame)
             return deliver(frame)
 
         self.answered = deliver
@@ -188,7 +188,7 @@ class NciBench:
         self.call()
         for key, value in inputs.items():
             block[key] = value
-        self.asked.clear()
+        self.requested_frames.clear()
         block[edge] = True
         self.call()
         for _ in range(200):
@@ -204,20 +204,20 @@ class NciBench:
 
     def requests(self) -> list[Request]:
         """Command, group, offset, and the data or the length that was asked for."""
-        found: list[Request] = []
-        for frame in self.asked:
+        requests: list[Request] = []
+        for frame in self.requested_frames:
             group, offset, size = (
                 int.from_bytes(frame.data[n : n + 4], "little") for n in (0, 4, 8)
             )
             assert AmsAddress(frame.target).port == 500
             if frame.command == Command.READ:
-                found.append(("R", group, offset, size))
+                requests.append(("R", group, offset, size))
             elif frame.command == Command.WRITE:
-                found.append(("W", group, offset, bytes(frame.data[12:])))
+                requests.append(("W", group, offset, bytes(frame.data[12:])))
             else:
-                found.append(("RW", group, offset, bytes(frame.data[16:])))
-        self.asked.clear()
-        return found
+                requests.append(("RW", group, offset, bytes(frame.data[16:])))
+        self.requested_frames.clear()
+        return requests
 
     def write(self, name: str, text: str) -> None:
         (self.programs / name).write_text(text, encoding="ascii")

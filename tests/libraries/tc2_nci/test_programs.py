@@ -32,7 +32,7 @@ def _at(mill: NciBench) -> list[float]:
     return [round(mill.nc.axis(n).set_position, 6) for n in (1, 2, 3)]
 
 
-def _asked(mill: NciBench) -> None:
+def _wait_for_request(mill: NciBench) -> None:
     """Until an M function asks for a confirmation."""
     for _ in range(500):
         if mill.main["fromNci"]["HskMFuncReq"]:
@@ -45,7 +45,7 @@ def test_a_part_is_cut(mill: NciBench) -> None:
     assert _load(mill) == 0
     assert mill.channel.state == READY
     assert mill.fire("ItpStartStopEx", "bStart") == 0
-    _asked(mill)
+    _wait_for_request(mill)
     assert mill.main["fromNci"]["ItpState"] == WAITING
     assert mill.main["fromNci"]["HskMFuncNo"] == 8
     assert _at(mill) == [5.0, 0.0, 0.0]
@@ -69,7 +69,7 @@ def test_a_handshake_is_confirmed_once_for_each_m_function(mill: NciBench) -> No
     assert _load(mill, "two.nc") == 0
     assert mill.fire("ItpStartStopEx", "bStart") == 0
     for _ in range(2):
-        _asked(mill)
+        _wait_for_request(mill)
         mill.call(20)
         assert mill.main["fromNci"]["HskMFuncReq"] == 1
         assert mill.fire("ItpConfirmHsk") == 0
@@ -91,7 +91,7 @@ def test_stop_reset_and_again(mill: NciBench) -> None:
     mill.until(IDLE)
     assert _load(mill) == 0
     assert mill.fire("ItpStartStop", "bStart", nChnId=1) == 0
-    _asked(mill)
+    _wait_for_request(mill)
     assert mill.fire("ItpResetEx", nChnId=1, nGrpId=11) == 0
     mill.until(IDLE)
     assert not mill.main["fromNci"]["HskMFuncReq"]
@@ -115,9 +115,9 @@ def test_an_emergency_stop_goes_on(mill: NciBench, end: str, own: dict[str, int]
     assert 0.0 < stands < 100.0
     assert _at(mill)[0] == stands
     assert mill.fire("ItpGetBlocksearchData") == 0
-    found = mill.main["aItpGetBlocksearchData"]["sBlockSearchData"]
-    assert found["nBlockNo"] == 10
-    assert found["fLength"] == pytest.approx(100.0 - stands, abs=1e-6)
+    block = mill.main["aItpGetBlocksearchData"]["sBlockSearchData"]
+    assert block["nBlockNo"] == 10
+    assert block["fLength"] == pytest.approx(100.0 - stands, abs=1e-6)
     assert mill.fire(f"ItpEStop{end}", fDec=-1.0, **own) == NcError.EMERGENCY_STOP_DATA
     assert mill.fire(f"ItpStepOnAfterEStop{end}", **own) == 0
     mill.until(READY)
@@ -173,8 +173,8 @@ SEARCHED = "N10 G1 X10 F6000\nN20 X20 Y10\nN30 X30 Y0\nM30\n"
 
 
 def _search(mill: NciBench, **inputs: Any) -> int:
-    given = {"sPrgName": "far.nc", "nPrgLength": 6, "eBlockSearchMode": 1, "nBlockId": 20}
-    return mill.fire("ItpBlocksearch", **{**given, "eDryRunMode": 1, "fLength": 0.0, **inputs})
+    defaults = {"sPrgName": "far.nc", "nPrgLength": 6, "eBlockSearchMode": 1, "nBlockId": 20}
+    return mill.fire("ItpBlocksearch", **{**defaults, "eDryRunMode": 1, "fLength": 0.0, **inputs})
 
 
 def test_a_block_search(mill: NciBench) -> None:
@@ -184,8 +184,8 @@ def test_a_block_search(mill: NciBench) -> None:
     assert block["bDone"]
     assert list(block["sStartPosition"]["fStartPosition"])[:3] == [15.0, 5.0, 0.0]
     assert mill.fire("ItpGetBlocksearchData") == 0
-    found = mill.main["aItpGetBlocksearchData"]["sBlockSearchData"]
-    assert (found["nBlockNo"], found["fLength"]) == (20, 50.0)
+    search = mill.main["aItpGetBlocksearchData"]["sBlockSearchData"]
+    assert (search["nBlockNo"], search["fLength"]) == (20, 50.0)
     assert mill.fire("ItpStepOnAfterBlocksearch") == NcError.START_NOT_ON_CONTOUR
 
 

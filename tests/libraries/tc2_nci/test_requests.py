@@ -157,7 +157,7 @@ def test_start_and_stop(nci: NciBench, name: str, own: dict[str, Any]) -> None:
     assert nci.requests() == [(W, 0x2201, 0x11, b"")]
     block = nci.main[f"a{name}"]
     block["bStart"] = block["bStop"] = True
-    nci.asked.clear()
+    nci.requested_frames.clear()
     nci.call(4)
     assert nci.requests() == [(W, 0x2201, 0x11, b"")]
 
@@ -222,7 +222,7 @@ def test_no_answer_is_0x745_after_the_time_out(nci: NciBench) -> None:
 def test_edges_while_busy_are_lost_and_errors_stay(nci: NciBench) -> None:
     block = nci.main["aItpLoadProgEx"]
     block["sPrg"], block["nLength"], block["bExecute"] = "none.nc", 7, True
-    nci.asked.clear()
+    nci.requested_frames.clear()
     seen = []
     for _ in range(3):
         nci.call()

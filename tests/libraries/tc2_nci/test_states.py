@@ -81,13 +81,13 @@ def main(request: pytest.FixtureRequest, tmp_path: Path) -> Any:
     document = {"plc": [{"sources": "a.st", "code": request.param}]}
     station = Station(parse(document, "a.toml"), base=tmp_path)
     plc = station.plcs[851]
-    found: Any = plc.instance("MAIN")
+    instance: Any = plc.instance("MAIN")
 
     def cycle() -> None:
         station.advance(0.01)
         assert plc.failure == ""
 
-    return found, cycle
+    return instance, cycle
 
 
 def _set(structure: Any, path: str, value: Any) -> None:
@@ -142,11 +142,11 @@ def test_fast_m_functions(main: Any) -> None:
             plc["shown"]["FastMFuncMask"][word] = 0
         plc["shown"]["FastMFuncMask"][number // 32 + 1] = 1 << number % 32
         seen = []
-        for asked in (-1, 0, 31, 32, 95, 159, 160, 32767):
-            plc["nFast"] = asked
+        for m_function in (-1, 0, 31, 32, 95, 159, 160, 32767):
+            plc["nFast"] = m_function
             cycle()
             if plc["bFast"]:
-                seen.append(asked)
+                seen.append(m_function)
         assert seen == [number]
 
 

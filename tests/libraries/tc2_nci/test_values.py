@@ -20,9 +20,9 @@ def test_tools(nci: NciBench, end: str, own: dict[str, int]) -> None:
         tool["fParam"][n] = n + 0.25
     for place in (1, 50):
         assert nci.fire(write, nDNo=place, **own) == 0
-        kept = nci.channel.data.tools[place]
-        assert kept.values == [77.0, 20.0, *(n + 0.25 for n in range(2, 15))]
-    kept[4] = 3.5
+        stored = nci.channel.data.tools[place]
+        assert stored.values == [77.0, 20.0, *(n + 0.25 for n in range(2, 15))]
+    stored[4] = 3.5
     for n in range(2, 16):
         tool["fParam"][n] = -1.0
     tool["nToolNumber"] = 0
@@ -64,8 +64,8 @@ def test_zero_shifts(nci: NciBench, end: str, own: dict[str, int]) -> None:
     for number in range(54, 60):
         shift["fShiftX"], shift["fShiftY"], shift["fShiftZ"] = number, number + 0.5, -number
         assert nci.fire(write, nZsNo=number, **own) == 0
-    for axis, kept in enumerate(([54, 0, 55, 0], [54.5, 0, 55.5, 0], [-54, 0, -55, 0])):
-        assert [shifts[row, axis] for row in rows[:4]] == kept
+    for axis, expected in enumerate(([54, 0, 55, 0], [54.5, 0, 55.5, 0], [-54, 0, -55, 0])):
+        assert [shifts[row, axis] for row in rows[:4]] == expected
     assert [shifts[rows[n], 0] for n in (8, 9)] == [58, 59]
     for number in (0, 53, 60, 2**31):
         assert nci.fire(read, nZsNo=number, **own) == NcError.PLC_ZERO_SHIFT_INDEX
@@ -90,12 +90,12 @@ def test_bottlenecks(nci: NciBench, end: str, own: dict[str, int]) -> None:
 
 def test_values_that_the_structure_shows(nci: NciBench) -> None:
     for kind, field in (("UDint", "whole_offsets"), ("Lreal", "real_offsets")):
-        given = {f"nIndexOffsetParam{n}": 0x500 + n for n in (1, 2, 3, 4)}
-        assert nci.fire(f"ItpSetCyclic{kind}Offsets", **given) == 0
+        offsets = {f"nIndexOffsetParam{n}": 0x500 + n for n in (1, 2, 3, 4)}
+        assert nci.fire(f"ItpSetCyclic{kind}Offsets", **offsets) == 0
         assert getattr(nci.channel, field) == (0x501, 0x502, 0x503, 0x504)
         assert nci.fire(f"ItpGetCyclic{kind}Offsets") == 0
         block = nci.main[f"aItpGetCyclic{kind}Offsets"]
-        assert {key: block[key] for key in given} == given
+        assert {key: block[key] for key in offsets} == offsets
 
 
 def test_default_g_code_and_subroutines(nci: NciBench) -> None:

@@ -11,15 +11,15 @@ from tests.libraries.tc2_nci.conftest import NciBench
 
 def _line(nci: NciBench, **inputs: Any) -> int:
     target = dict(zip(("fTargetXPos", "fTargetYPos", "fTargetZPos"), (1.0, 2.0, 3.0), strict=True))
-    given = {"sPathName": "made.nc", "fPathVelo": 6000.0, "nBlockNo": 20, **target}
-    return nci.fire("ItpPpgAppendGeoLine", **{**given, **inputs})
+    defaults = {"sPathName": "made.nc", "fPathVelo": 6000.0, "nBlockNo": 20, **target}
+    return nci.fire("ItpPpgAppendGeoLine", **{**defaults, **inputs})
 
 
 def test_a_program_is_written_and_runs(nci: NciBench) -> None:
     axes = {"nXAxisId": 1, "nYAxisId": 2, "nZAxisId": 3}
     assert nci.fire("CfgBuild3DGroup", nGroupId=11, **axes) == 0
     assert nci.fire("ItpPpgCreateMain", sPathName="made.nc") == 0
-    assert [AmsAddress(frame.target).port for frame in nci.asked] == [10000] * 3
+    assert [AmsAddress(frame.target).port for frame in nci.requested_frames] == [10000] * 3
     assert nci.fire("ItpPpgAppendGenericBlock", sPathName="made.nc", sBlock="N10 G17 G90") == 0
     assert _line(nci, fTargetXPos=10.0, fTargetYPos=0.0, fTargetZPos=-0.5) == 0
     arc = {"bClockWise": False, "fTargetXPos": 20.0, "fTargetYPos": 0.0, "fTargetZPos": -0.5}
@@ -59,7 +59,7 @@ def test_numbers_that_no_program_has(nci: NciBench, wrong: float) -> None:
         assert _line(nci, **{name: wrong}) == NcError.PLC_PARAMETER
     arc = {"sPathName": "made.nc", "fRadius": wrong}
     assert nci.fire("ItpPpgAppendGeoCircleByRadius", **arc) == NcError.PLC_PARAMETER
-    assert nci.asked == []
+    assert nci.requested_frames == []
     assert list(nci.programs.iterdir()) == []
 
 

@@ -65,18 +65,18 @@ class Bench:
         ]
         if last:
             axes[-1]["plc"] = last
-        given = {"plc": [{"sources": "a.st", "code": form}], "axis": axes, **document}
+        table = {"plc": [{"sources": "a.st", "code": form}], "axis": axes, **document}
         with FrontEnd.of(text, folder / "a.st").shared():
-            self.station = Station(parse(given, "a.toml"), base=folder)
+            self.station = Station(parse(table, "a.toml"), base=folder)
         self.plc: PlcRuntime = self.station.plcs[851]
         self.main: Any = self.plc.instance("MAIN")
-        self.asked: list[Frame] = []
+        self.requested_frames: list[Frame] = []
         """Requests of the PLC since they were last looked at."""
         deliver = self.station.router.deliver
 
         def watched(frame: Frame) -> bool:
             if AmsAddress(frame.source).port == 851 and not frame.flags & 1:
-                self.asked.append(frame)
+                self.requested_frames.append(frame)
             return deliver(frame)
 
         self.station.router.deliver = watched  # type: ignore[method-assign]
@@ -97,16 +97,16 @@ class Bench:
 
     def requests(self) -> list[tuple[int, int, int, bytes]]:
         """Port, group, offset and data of the writes since the last look."""
-        found = []
-        for frame in self.asked:
+        requests = []
+        for frame in self.requested_frames:
             assert frame.command == Command.WRITE
             group, offset, size = (
                 int.from_bytes(frame.data[n : n + 4], "little") for n in (0, 4, 8)
             )
             assert size == len(frame.data) - 12
-            found.append((AmsAddress(frame.target).port, group, offset, bytes(frame.data[12:])))
-        self.asked.clear()
-        return found
+            requests.append((AmsAddress(frame.target).port, group, offset, bytes(frame.data[12:])))
+        self.requested_frames.clear()
+        return requests
 
     def axis(self, number: int = 1) -> Any:
         assert self.station.nc is not None

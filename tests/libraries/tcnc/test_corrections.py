@@ -28,11 +28,11 @@ CORRECTED = {"encoder_actual_position_correction_enable": 1}
 
 @pytest.fixture
 def on(bench: Any) -> Any:
-    made = bench(variables=VARIABLES, calls=CALLS, a="AXACT", axis=CORRECTED)
+    rig = bench(variables=VARIABLES, calls=CALLS, a="AXACT", axis=CORRECTED)
     for n in range(11):
-        made.main["rows"][n]["fPos"] = 10.0 * n
-        made.main["rows"][n]["fCompensation"] = n / 10
-    return made
+        rig.main["rows"][n]["fPos"] = 10.0 * n
+        rig.main["rows"][n]["fCompensation"] = n / 10
+    return rig
 
 
 def _move(on: Any, target: float, velocity: float = 100.0) -> None:
@@ -105,8 +105,8 @@ def test_full_length_spreads_a_change_over_the_way(on: Any, spelled: str, target
     _move(on, target)
     while _shown(on)[3]:
         way = abs(on.main["fromNc1"]["fPosSoll"])
-        given = on.main["toNc1"]["fActPosCorrection"]
-        assert given == pytest.approx(0.5 * way / 40.0, abs=1e-9)
+        correction = on.main["toNc1"]["fActPosCorrection"]
+        assert correction == pytest.approx(0.5 * way / 40.0, abs=1e-9)
         on.call()
     assert on.main["toNc1"]["fActPosCorrection"] == 0.5
     assert abs(on.main["fromNc1"]["fPosSoll"]) >= 40.0
@@ -171,7 +171,7 @@ def test_working_directions(on: Any, direction: int, plus: bool, minus: bool) ->
 
 
 @pytest.mark.parametrize(
-    ("given", "code"),
+    ("changes", "code"),
     [
         ({"choose": 1}, 0x4B30),
         ({"length": 175}, 0x4B31),
@@ -184,8 +184,8 @@ def test_working_directions(on: Any, direction: int, plus: bool, minus: bool) ->
         ({"fPosMin": float("nan")}, 0x4B06),
     ],
 )
-def test_faults_of_a_table(on: Any, given: dict[str, float], code: int) -> None:
-    for name, value in given.items():
+def test_faults_of_a_table(on: Any, changes: dict[str, float], code: int) -> None:
+    for name, value in changes.items():
         if name in ("choose", "length"):
             on.main[name] = value
         else:

@@ -156,7 +156,7 @@ def test_the_address_of_the_hardware(bench: Any) -> None:
     assert block["bBusy"]
     on.call()
     assert (block["bBusy"], block["bError"], block["iErrId"]) == (False, False, 0)
-    (frame,) = on.asked
+    (frame,) = on.requested_frames
     assert (AmsAddress(frame.target).port, frame.data) == (500, _words(0x4001, 0x31, 10))
     assert len(block["AxisNetId"].split(".")) == 6
     assert block["AxisNetId"] == ".".join(map(str, block["AxisNetIdBytes"]))

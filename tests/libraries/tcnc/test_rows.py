@@ -130,9 +130,9 @@ def _declared() -> dict[str, StructType[Any]]:
         document = {"plc": [{"sources": "a.st"}]}
         station = Station(parse(document, "a.toml"), base=Path(folder))
     placed = {each.name: each.variable.type for each in station.plcs[851].variables}
-    found = {name: resolved(placed[f"MAIN.v{n}"]) for n, name in enumerate(names)}
-    assert all(isinstance(each, StructType) for each in found.values())
-    return found  # type: ignore[return-value]
+    types = {name: resolved(placed[f"MAIN.v{n}"]) for n, name in enumerate(names)}
+    assert all(isinstance(each, StructType) for each in types.values())
+    return types  # type: ignore[return-value]
 
 
 SIZES = {"UINT32": 4, "INT32": 4, "UINT16": 2, "REAL64": 8, "DWORD": 4, "LREAL": 8, "DINT": 4,
@@ -402,14 +402,14 @@ def test_every_coupling_type(bench: Any) -> None:
     """The NC takes them, or refuses them for what the axes are, never as unknown."""
     from achse.codes import NcError
 
-    given = {
+    types = {
         1: (2.0,), 2: (200.0, 60.0, 45.0, 0.0), 3: (200.0, 60.0, 45.0, 0.0),
         12: (1.0, 1.0, 0.0, 0.0),
         15: (5.0,), 16: (1.0, 1.0, 3.0), 18: (5.0,),
     }  # fmt: skip
     on = bench(c="AXCPL")
-    assert sorted(given) == sorted(_numbers("CPLMODE"))
-    for mode, parameters in given.items():
+    assert sorted(types) == sorted(_numbers("CPLMODE"))
+    for mode, parameters in types.items():
         values = {
             f"CPLPAR{n}": value for n, value in enumerate((*parameters, 0.0, 0.0, 0.0)[:4], 1)
         }
