@@ -21,10 +21,10 @@ def drive_station(*drives: dict[str, Any], **more: Any) -> Station:
     return Station(parse(document | more, "test"))
 
 
-def enable_axes(made: Station) -> None:
+def enable_axes(station: Station) -> None:
     """Enable all axes, and let the station bring up their drives."""
-    assert made.nc is not None
-    for axis in made.nc:
+    assert station.nc is not None
+    for axis in station.nc:
         axis.control_dword, axis.velocity_override = 7, 1_000_000
-    made.advance(1.5)
-    assert [axis.loop_closed for axis in made.nc] == [1] * len(made.nc)
+    station.advance(1.5)
+    assert [axis.loop_closed for axis in station.nc] == [1] * len(station.nc)

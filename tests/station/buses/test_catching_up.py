@@ -8,7 +8,7 @@ from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
 
 from achse.ethercat.master.errors import FrameLost
-from tests.station.buses.test_interface_bus import Cable, Interface, Made, drives
+from tests.station.buses.test_interface_bus import BusRig, Cable, Interface, drives
 
 MS = 1_000_000
 CYCLE_NS = 2 * MS
@@ -57,34 +57,34 @@ def test_a_request_has_the_time_of_the_computer(delay_ns: int, step_ns: int, ind
     """5 ms are not over after three cycles of 2 ms that take a moment each."""
     with pytest.MonkeyPatch.context() as patch:
         interface = FarInterface(CYCLE_NS, drives(1))
-        made = Made(patch, interface, 1)
-        made.until(made.operational)
-        master = made.bus.master
+        rig = BusRig(patch, interface, 1)
+        rig.until(rig.operational)
+        master = rig.bus.master
         lost = master.traffic.lost_frames
         interface.delay_ns, interface.step_ns = delay_ns, step_ns
         job = master.upload(master.slaves[0], index)
         for _ in range(200 * delay_ns // step_ns):
             if job.is_done:
                 break
-            made.station.advance(CYCLE_NS / 1e9)
+            rig.station.advance(CYCLE_NS / 1e9)
         assert job.result()
         assert master.traffic.lost_frames == lost
 
 
-def test_a_link_that_does_not_answer_is_told_by_the_computer_s_clock(
+def test_a_link_that_does_not_answer_is_reported_by_the_computer_s_clock(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """Three times 5 ms; at 0.1 ms a cycle that takes so many more cycles."""
     interface = FarInterface(CYCLE_NS, drives(1))
-    made = Made(monkeypatch, interface, 1)
-    made.until(made.operational)
+    rig = BusRig(monkeypatch, interface, 1)
+    rig.until(rig.operational)
     interface.step_ns, interface.up = 100_000, False
-    job = made.bus.master.upload(made.bus.master.slaves[0], 0x1000)
+    job = rig.bus.master.upload(rig.bus.master.slaves[0], 0x1000)
     began = interface.now_ns
     for _ in range(1000):
         if job.is_done:
             break
-        made.station.advance(CYCLE_NS / 1e9)
+        rig.station.advance(CYCLE_NS / 1e9)
     assert 3 * 5 * MS <= interface.now_ns - began < 4 * 5 * MS
     with pytest.raises(FrameLost):
         job.result()
@@ -94,8 +94,8 @@ def test_an_interface_is_tried_again_after_a_second_of_the_computer(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     interface = Interface(CYCLE_NS, drives(1))
-    made = Made(monkeypatch, interface, 1)
-    made.until(made.operational)
+    rig = BusRig(monkeypatch, interface, 1)
+    rig.until(rig.operational)
     tries = []
     opened = interface.open
 
@@ -103,9 +103,9 @@ def test_an_interface_is_tried_again_after_a_second_of_the_computer(
         tries.append(interface.now_ns)
         return opened(name)
 
-    made.bus._open_link = count
+    rig.bus._open_link = count
     interface.there = False
     interface.step_ns = 200_000
-    made.station.advance(40.0)
+    rig.station.advance(40.0)
     assert len(tries) in (4, 5)
     assert all(1000 * MS <= later - earlier <= 1001 * MS for earlier, later in pairwise(tries))

@@ -56,9 +56,9 @@ def station_of(folder: Path, *terminals: dict[str, Any]) -> Station:
 
 
 def device_of(station: Station, name: str) -> VirtualDevice:
-    found = station.terminals[name]
-    assert isinstance(found, VirtualDevice)
-    return found
+    device = station.terminals[name]
+    assert isinstance(device, VirtualDevice)
+    return device
 
 
 def test_plc_sees_inputs_and_sets_outputs(folder: Path) -> None:
@@ -81,7 +81,7 @@ def test_loop_back_of_a_terminal_goes_round(folder: Path, value: int) -> None:
 
 
 @pytest.mark.parametrize(
-    ("changes", "told"),
+    ("changes", "message"),
     [
         ({"type": "DI9"}, "terminal 'T': no device 'DI9'"),
         ({"esi": "none.xml"}, "No such file"),
@@ -94,9 +94,11 @@ def test_loop_back_of_a_terminal_goes_round(folder: Path, value: int) -> None:
         ({"esi": None, "type": None, "behaviour": "x"}, "behaviour: expected beside esi"),
     ],
 )
-def test_terminal_that_cannot_be_is_told(folder: Path, changes: dict[str, Any], told: str) -> None:
+def test_terminal_that_cannot_be_is_reported(
+    folder: Path, changes: dict[str, Any], message: str
+) -> None:
     table = {"name": "T", "esi": "boxes", "type": "DI8", **changes}
-    with pytest.raises(ConfigError, match=told):
+    with pytest.raises(ConfigError, match=message):
         station_of(folder, {key: value for key, value in table.items() if value is not None})
 
 

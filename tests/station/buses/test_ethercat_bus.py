@@ -23,7 +23,7 @@ from achse.testing import check_axis
 MS = 1_000_000
 
 
-def station(
+def station_with(
     *drives: dict[str, Any], axis: dict[str, float] | None = None, redundant: bool = False
 ) -> Station:
     dynamics = {"max_velocity": 400.0, "default_acceleration": 2000.0,
@@ -35,20 +35,20 @@ def station(
         ],
         "drive": [{"axis": n} | drive for n, drive in enumerate(drives, 1)],
     }
-    made = Station(parse(document, "test"))
-    assert made.nc is not None
-    for each in made.nc:
+    station = Station(parse(document, "test"))
+    assert station.nc is not None
+    for each in station.nc:
         each.control_dword, each.velocity_override = 7, 1_000_000
-    made.advance(1.5)
-    return made
+    station.advance(1.5)
+    return station
 
 
 def made_of(drives: list[DriveConfig]) -> EthercatBus:
     return EthercatBus(BusPlan(BusConfig(), drives, (), 2 * MS))
 
 
-def bus_of(made: Station) -> EthercatBus:
-    bus = made.buses[0].bus
+def bus_of(station: Station) -> EthercatBus:
+    bus = station.buses[0].bus
     assert isinstance(bus, EthercatBus)
     return bus
 
@@ -94,11 +94,11 @@ def test_homing_and_start_commands_are_written() -> None:
 
 @pytest.mark.parametrize("mode", ["csp", "csv", "cst"])
 def test_an_axis_on_a_drive_keeps_what_an_axis_has_to_keep(mode: str, client_of: Any) -> None:
-    made = station({"mode": mode})
-    assert made.nc is not None
-    made.nc.axis(1).control_dword = 0
-    made.advance(0.1)
-    client = client_of(made.router, 501)
+    station = station_with({"mode": mode})
+    assert station.nc is not None
+    station.nc.axis(1).control_dword = 0
+    station.advance(0.1)
+    client = client_of(station.router, 501)
 
     class Reach:
         read_raw = staticmethod(client.read)
@@ -108,24 +108,24 @@ def test_an_axis_on_a_drive_keeps_what_an_axis_has_to_keep(mode: str, client_of:
         def read_write_raw(group: int, offset: int, length: int, data: bytes) -> bytes:
             return bytes(client.exchange(group, offset, length, data))
 
-    check_axis(Reach(), 1, tolerance=0.1, wait=made.advance)
+    check_axis(Reach(), 1, tolerance=0.1, wait=station.advance)
 
 
 def test_a_drive_has_its_address_on_the_bus(client_of: Any) -> None:
-    made = station({}, {})
-    client = client_of(made.router, 501)
+    station = station_with({}, {})
+    client = client_of(station.router, 501)
     for number in (1, 2):
         net_id, port, channel = struct.unpack("<6sHH", client.read(0x4000 + number, 0x31, 10))
         assert net_id == bytes((127, 0, 0, 1, 2, 1))
         assert (port, channel) == (1000 + number, 0)
 
 
-def moving(made: Station) -> Any:
-    assert made.nc is not None
-    for axis in made.nc:
+def moving(station: Station) -> Any:
+    assert station.nc is not None
+    for axis in station.nc:
         assert commands.start(axis, StartType.ABSOLUTE, 300.0, 50.0) == 0
-    made.advance(1.0)
-    return made.nc
+    station.advance(1.0)
+    return station.nc
 
 
 def error_of(client: Any, axis: int) -> NcError | None:
@@ -133,96 +133,96 @@ def error_of(client: Any, axis: int) -> NcError | None:
     return NcError.of(code) if code else None
 
 
-def recovers(made: Station, axis: Any) -> None:
+def recovers(station: Station, axis: Any) -> None:
     """MC_Reset and on: the documented steps."""
-    made.advance(3.0)
+    station.advance(3.0)
     assert commands.reset(axis) == 0
-    made.advance(1.0)
+    station.advance(1.0)
     assert axis.loop_closed, axis
     here = axis.actual_position
     assert commands.start(axis, StartType.ABSOLUTE, here - 5.0, 50.0) == 0
-    made.advance(1.5)
+    station.advance(1.5)
     assert axis.error_code == 0
     assert axis.actual_position == pytest.approx(here - 5.0, abs=1e-2)
 
 
 def test_a_cable_that_is_pulled_is_4655_behind_it_alone_and_recovers(client_of: Any) -> None:
-    made = station({}, {})
-    nc = moving(made)
-    client = client_of(made.router, 501)
-    segment = bus_of(made).segment
+    station = station_with({}, {})
+    nc = moving(station)
+    client = client_of(station.router, 501)
+    segment = bus_of(station).segment
     segment.break_link(segment.slaves[1])
-    made.advance(0.05)
+    station.advance(0.05)
     assert error_of(client, 1) is None
     assert error_of(client, 2) is NcError.DRIVE_IO_INVALID
-    made.advance(2.0)
+    station.advance(2.0)
     assert nc.axis(1).set_velocity == 50.0
     segment.repair_link(segment.slaves[1])
-    recovers(made, nc.axis(2))
-    made.advance(3.0)
+    recovers(station, nc.axis(2))
+    station.advance(3.0)
     assert nc.axis(1).actual_position == pytest.approx(300.0, abs=1e-2)
 
 
 def test_a_slave_that_falls_to_safeop_is_4655_and_recovers(client_of: Any) -> None:
-    made = station({}, {})
-    nc = moving(made)
-    client = client_of(made.router, 501)
-    bus = bus_of(made)
+    station = station_with({}, {})
+    nc = moving(station)
+    client = client_of(station.router, 501)
+    bus = bus_of(station)
     bus.segment.slaves[0].hang()  # and the master cannot lead it up again
     bus.segment.slaves[0].fail(AlStatus.WATCHDOG)
-    made.advance(0.1)
+    station.advance(0.1)
     assert error_of(client, 1) is NcError.DRIVE_IO_INVALID
     assert error_of(client, 2) is None
     assert bus.slaves[0].state & 0x0F == AlState.SAFEOP
     bus.segment.slaves[0].hang(False)
-    recovers(made, nc.axis(1))
+    recovers(station, nc.axis(1))
     assert bus.slaves[0].state == AlState.OP
 
 
-def test_a_drive_operated_at_its_panel_comes_back_when_op_is_asked_for(client_of: Any) -> None:
-    made = station({}, {})
-    nc = moving(made)
-    client = client_of(made.router, 501)
-    bus = bus_of(made)
+def test_a_drive_operated_at_its_panel_comes_back_when_op_is_requested(client_of: Any) -> None:
+    station = station_with({}, {})
+    nc = moving(station)
+    client = client_of(station.router, 501)
+    bus = bus_of(station)
     bus.drives[0].faults.local_control()
-    made.advance(1.0)
+    station.advance(1.0)
     assert error_of(client, 1) is NcError.DRIVE_IO_INVALID
     assert bus.slaves[0].state & 0x0F < AlState.OP
     bus.drives[0].faults.local_control(False)
     bus.master.request(AlState.OP, bus.slaves[0])
-    recovers(made, nc.axis(1))
+    recovers(station, nc.axis(1))
 
 
 def test_a_bus_that_is_cut_off_stops_all_axes_and_comes_back(client_of: Any) -> None:
-    made = station({}, {})
-    nc = moving(made)
-    client = client_of(made.router, 501)
-    segment = bus_of(made).segment
+    station = station_with({}, {})
+    nc = moving(station)
+    client = client_of(station.router, 501)
+    segment = bus_of(station).segment
     segment.break_link(segment.slaves[0])
-    made.advance(0.5)
+    station.advance(0.5)
     assert [error_of(client, n) for n in (1, 2)] == [NcError.DRIVE_IO_INVALID] * 2
     segment.repair_link(segment.slaves[0])
     for axis in nc:
-        recovers(made, axis)
+        recovers(station, axis)
 
 
 def test_drives_of_one_sync_unit_share_their_fate(client_of: Any) -> None:
-    made = station({"sync_unit": "A"}, {"sync_unit": "A"}, {})
-    moving(made)
-    client = client_of(made.router, 501)
-    bus_of(made).drives[0].faults.local_control()
-    made.advance(0.1)
+    station = station_with({"sync_unit": "A"}, {"sync_unit": "A"}, {})
+    moving(station)
+    client = client_of(station.router, 501)
+    bus_of(station).drives[0].faults.local_control()
+    station.advance(0.1)
     errors = [error_of(client, n) for n in (1, 2, 3)]
     assert errors == [NcError.DRIVE_IO_INVALID, NcError.DRIVE_IO_INVALID, None]
 
 
 def test_a_touch_probe_is_where_the_drive_saw_it() -> None:
-    made = station({"machine": {"probe": [20.0, 30.0]}, "inverted": True})
-    assert made.nc is not None
-    axis = made.nc.axis(1)
+    station = station_with({"machine": {"probe": [20.0, 30.0]}, "inverted": True})
+    assert station.nc is not None
+    axis = station.nc.axis(1)
     assert commands.activate_touch_probe(axis, 1, 0, 1, 0) == 0
     assert commands.start(axis, StartType.ABSOLUTE, 50.0, 100.0) == 0
-    made.advance(2.0)
+    station.advance(2.0)
     assert axis.encoder.probe_valid[0]
     assert axis.encoder.probe_position[0] == pytest.approx(20.0, abs=1e-3)
 
@@ -250,9 +250,9 @@ def test_drawn_axes_reach_drawn_targets_or_say_why(data: st.DataObject) -> None:
         "default_jerk": draw(st.floats(1000.0, 10_000.0)) * way,
         "controller_following_error_position_max": 2.0 * way,
     }
-    made = station(drive, axis=dynamics)
-    assert made.nc is not None
-    axis = made.nc.axis(1)
+    station = station_with(drive, axis=dynamics)
+    assert station.nc is not None
+    axis = station.nc.axis(1)
     assert axis.loop_closed
     for _ in range(2):
         target = draw(st.floats(-10.0, 10.0)) * way
@@ -260,29 +260,29 @@ def test_drawn_axes_reach_drawn_targets_or_say_why(data: st.DataObject) -> None:
         assert commands.start(axis, StartType.ABSOLUTE, target, velocity) == 0
         fault = draw(st.sampled_from([None, None, "alarm", "cable"]))
         when = draw(st.floats(0.0, 0.5))
-        made.advance(when)
+        station.advance(when)
         moves = axis.set_motion_phase != 0
-        bus = bus_of(made)
+        bus = bus_of(station)
         if fault == "alarm":
             bus.drives[0].record.alarm_request = 0xFF11
         elif fault == "cable":
             bus.segment.break_link(bus.segment.slaves[0])
-        made.advance(0.1)
+        station.advance(0.1)
         if fault is not None:
             expected = NcError.DRIVE_NOT_READY if fault == "alarm" else NcError.DRIVE_IO_INVALID
             if moves or fault == "cable":
                 assert NcError.of(axis.error_code) is expected
             bus.segment.repair_link(bus.segment.slaves[0])
-            made.advance(3.0)
+            station.advance(3.0)
             assert commands.reset(axis) == 0
-            made.advance(1.0)
+            station.advance(1.0)
             assert axis.loop_closed
             assert commands.start(axis, StartType.ABSOLUTE, target, velocity) == 0
         for _ in range(300):
-            made.advance(0.1)
+            station.advance(0.1)
             if axis.set_motion_phase == 0:
                 break
-        made.advance(1.0)
+        station.advance(1.0)
         assert axis.error_code == 0
         assert axis.set_motion_phase == 0
         assert axis.actual_position == pytest.approx(target, abs=0.01 * way)
@@ -291,10 +291,10 @@ def test_drawn_axes_reach_drawn_targets_or_say_why(data: st.DataObject) -> None:
 class Asking:
     """Reads by frames; answers of a bus come when station time has passed."""
 
-    def __init__(self, made: Station) -> None:
-        self.made = made
+    def __init__(self, station: Station) -> None:
+        self.station = station
         self.answers: list[Frame] = []
-        self.address = made.router.register(0, self)
+        self.address = station.router.register(0, self)
 
     def deliver(self, frame: Frame) -> bool:
         self.answers.append(frame)
@@ -303,13 +303,13 @@ class Asking:
     def read(self, net_id: bytes, port: int, group: int, offset: int, length: int) -> bytes:
         target = AmsAddress.of(NetId(net_id), port)
         request = struct.pack("<III", group, offset, length)
-        self.made.router.deliver(
+        self.station.router.deliver(
             Frame(target, self.address, Command.READ, Flags.ADS_COMMAND, invoke_id=1, data=request)
         )
         for _ in range(200):
             if self.answers:
                 break
-            self.made.advance(0.002)
+            self.station.advance(0.002)
         answer = self.answers.pop()
         assert (answer.error, answer.data[:4]) == (0, bytes(4))
         return answer.data[8:]
@@ -317,78 +317,80 @@ class Asking:
 
 def test_from_axis_to_drive_by_ads() -> None:
     """FB_GetAxisAmsAddr, then CoE to what it gives."""
-    made = station({}, {})
-    ask = Asking(made)
-    own = bytes(made.router.net_id)
-    for number, drive in enumerate(bus_of(made).drives, 1):
+    station = station_with({}, {})
+    ask = Asking(station)
+    own = bytes(station.router.net_id)
+    for number, drive in enumerate(bus_of(station).drives, 1):
         net_id, port, _ = struct.unpack("<6sHH", ask.read(own, 501, 0x4000 + number, 0x31, 10))
         shown = ask.read(net_id, port, 0xF302, 0x6041 << 16, 2)
         assert int.from_bytes(shown, "little") == drive.record.statusword
-    drive = bus_of(made).drives[1]
+    drive = bus_of(station).drives[1]
     drive.faults.alarm(Alarm.OVER_VOLTAGE, lasting=False)
-    made.advance(0.2)
+    station.advance(0.2)
     assert struct.unpack("<H", ask.read(net_id, port, 0xF302, 0x603F << 16, 2)) == (0xFF11,)
 
 
 def test_a_restart_brings_the_bus_and_its_devices_again() -> None:
-    made = station({})
-    before = bus_of(made)
-    made.restart()
-    made.advance(3.0)
-    assert bus_of(made) is not before
-    assert bus_of(made).master.operational
-    ask = Asking(made)
+    station = station_with({})
+    before = bus_of(station)
+    station.restart()
+    station.advance(3.0)
+    assert bus_of(station) is not before
+    assert bus_of(station).master.operational
+    ask = Asking(station)
     net_id, port, _ = struct.unpack(
-        "<6sHH", ask.read(bytes(made.router.net_id), 501, 0x4001, 0x31, 10)
+        "<6sHH", ask.read(bytes(station.router.net_id), 501, 0x4001, 0x31, 10)
     )
     assert ask.read(net_id, port, 0xF302, 0x6061 << 16, 1) == b"\x08"
-    made.configure()
-    made.advance(2.0)
-    assert not made.buses
+    station.configure()
+    station.advance(2.0)
+    assert not station.buses
 
 
 @settings(max_examples=5)
 @given(data=st.data(), count=st.integers(1, 4))
-def test_a_cut_cable_of_a_ring_is_told_and_stops_no_axis(data: st.DataObject, count: int) -> None:
-    made = station(*[{}] * count, redundant=True)
-    bus, nc = bus_of(made), made.nc
+def test_a_cut_cable_of_a_ring_is_reported_and_stops_no_axis(
+    data: st.DataObject, count: int
+) -> None:
+    station = station_with(*[{}] * count, redundant=True)
+    bus, nc = bus_of(station), station.nc
     assert nc is not None
     for axis in nc:
         assert commands.start(axis, StartType.ABSOLUTE, 40.0, 30.0) == 0
     wrong = bus.master.cyclic.counters.wrong + bus.master.cyclic.counters.lost
     for place in data.draw(st.permutations(range(count + 1)), "cut in this order"):
-        made.advance(data.draw(st.floats(0.0, 0.2), "closed for"))
+        station.advance(data.draw(st.floats(0.0, 0.2), "closed for"))
         fault = bus.faults.add("link_break", drive=place + 1)
-        made.advance(data.draw(st.floats(0.03, 0.3), "open for"))
+        station.advance(data.draw(st.floats(0.03, 0.3), "open for"))
         assert bus.master.supervision.opening
         assert bus.master.operational
         bus.faults.clear(fault.number)
-        made.advance(0.02)
+        station.advance(0.02)
         assert not bus.master.supervision.opening
-    made.advance(2.0)
+    station.advance(2.0)
     assert [axis.error_code for axis in nc] == [0] * count
     assert all(abs(axis.actual_position - 40.0) < 0.02 for axis in nc)
     assert bus.master.cyclic.counters.wrong + bus.master.cyclic.counters.lost == wrong
 
 
 def test_an_open_ring_is_in_the_log(caplog: pytest.LogCaptureFixture) -> None:
-    made = station({}, {}, redundant=True)
-    bus_of(made).faults.add("link_break", drive=2, lasting=0.1)
-    made.advance(0.2)
-    told = [each.getMessage() for each in caplog.records if "ring" in each.getMessage()]
-    assert told == ["ring is open: between Drive 1 (axis 1) and Drive 2 (axis 2)"]
+    station = station_with({}, {}, redundant=True)
+    bus_of(station).faults.add("link_break", drive=2, lasting=0.1)
+    station.advance(0.2)
+    messages = [each.getMessage() for each in caplog.records if "ring" in each.getMessage()]
+    assert messages == ["ring is open: between Drive 1 (axis 1) and Drive 2 (axis 2)"]
 
 
 def test_two_cuts_of_a_ring_are_an_error_of_the_axes_between() -> None:
-    made = station({}, {}, {}, redundant=True)
-    bus, nc = bus_of(made), made.nc
+    station = station_with({}, {}, {}, redundant=True)
+    bus, nc = bus_of(station), station.nc
     assert nc is not None
     faults = [bus.faults.add("link_break", drive=place) for place in (2, 3)]
-    made.advance(0.5)
+    station.advance(0.5)
     assert [axis.error_code for axis in nc] == [0, NcError.DRIVE_IO_INVALID, 0]
     bus.faults.clear(faults[0].number)
-    made.advance(1.0)
+    station.advance(1.0)
     assert bus.master.operational
     assert commands.reset(nc.axis(2)) == 0
-    made.advance(0.5)
+    station.advance(0.5)
     assert nc.axis(2).loop_closed

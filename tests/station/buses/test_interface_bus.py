@@ -148,7 +148,7 @@ class End(Cable):
         return self.waiting.popleft() if self.waiting else None
 
 
-class Made:
+class BusRig:
     """A station whose bus is on `interface`."""
 
     def __init__(
@@ -241,104 +241,104 @@ def drives(count: int) -> list[Drive]:
 
 
 def test_the_slaves_are_searched_while_the_station_runs(monkeypatch: pytest.MonkeyPatch) -> None:
-    made = Made(monkeypatch, Interface(2 * MS, drives(2)), 2)
-    assert made.bus.trouble == "veth0 is not open yet"
-    made.until(made.operational)
-    made.enable()
-    made.go(30.0)
-    made.until(lambda: all(abs(axis.actual_position - 30.0) < 0.01 for axis in made.axes))
-    assert made.bus.searches == 1
-    assert made.bus.round_trips.count > 100
-    assert made.bus.master.cyclic.counters.lost == 0
-    (figures,) = made.station.statistics()["buses"]
+    rig = BusRig(monkeypatch, Interface(2 * MS, drives(2)), 2)
+    assert rig.bus.trouble == "veth0 is not open yet"
+    rig.until(rig.operational)
+    rig.enable()
+    rig.go(30.0)
+    rig.until(lambda: all(abs(axis.actual_position - 30.0) < 0.01 for axis in rig.axes))
+    assert rig.bus.searches == 1
+    assert rig.bus.round_trips.count > 100
+    assert rig.bus.master.cyclic.counters.lost == 0
+    (figures,) = rig.station.statistics()["buses"]
     assert (figures["interface"], figures["slaves_operational"]) == ("veth0", 2)
 
 
 @pytest.mark.parametrize(
-    ("trouble", "told"),
+    ("trouble", "message"),
     [
         ("there", "no interface veth0; there are lo"),
         ("allowed", "raw Ethernet on veth0 needs CAP_NET_RAW"),
         ("up", "veth0: command 7 to 0 at 0x0130: sent 3 times, nothing came back"),
     ],
 )
-def test_an_interface_that_does_not_serve_is_told_and_tried_again(
-    trouble: str, told: str, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+def test_an_interface_that_does_not_serve_is_reported_and_tried_again(
+    trouble: str, message: str, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
     interface = Interface(2 * MS, drives(1))
     setattr(interface, trouble, False)
-    made = Made(monkeypatch, interface, 1)
-    made.station.advance(0.02)
-    assert made.errors() == {None}, "it has not been looked for"
-    made.axes[0].control_dword = 7
-    made.until(lambda: made.bus.trouble == told)
-    made.station.advance(2.0)
-    assert made.errors() == {NcError.DRIVE_IO_INVALID}
-    assert [record.getMessage() for record in caplog.records].count(f"EtherCAT: {told}") == 1
-    assert commands.reset(made.axes[0]) == 0
-    made.station.advance(0.2)
-    assert made.errors() == {NcError.DRIVE_IO_INVALID}, "it is still not there"
-    made.axes[0].velocity_override = 1_000_000
+    rig = BusRig(monkeypatch, interface, 1)
+    rig.station.advance(0.02)
+    assert rig.errors() == {None}, "it has not been looked for"
+    rig.axes[0].control_dword = 7
+    rig.until(lambda: rig.bus.trouble == message)
+    rig.station.advance(2.0)
+    assert rig.errors() == {NcError.DRIVE_IO_INVALID}
+    assert [record.getMessage() for record in caplog.records].count(f"EtherCAT: {message}") == 1
+    assert commands.reset(rig.axes[0]) == 0
+    rig.station.advance(0.2)
+    assert rig.errors() == {NcError.DRIVE_IO_INVALID}, "it is still not there"
+    rig.axes[0].velocity_override = 1_000_000
     setattr(interface, trouble, True)
-    made.recovers()
+    rig.recovers()
 
 
 def test_an_axis_that_is_not_enabled_waits_for_its_drive(monkeypatch: pytest.MonkeyPatch) -> None:
     interface = Interface(2 * MS, drives(1))
     interface.up = False
-    made = Made(monkeypatch, interface, 1)
-    made.until(lambda: "nothing came back" in made.bus.trouble)
-    made.station.advance(1.0)
-    assert made.errors() == {None}
+    rig = BusRig(monkeypatch, interface, 1)
+    rig.until(lambda: "nothing came back" in rig.bus.trouble)
+    rig.station.advance(1.0)
+    assert rig.errors() == {None}
     interface.up = True
-    made.until(made.operational)
-    made.enable()
+    rig.until(rig.operational)
+    rig.enable()
 
 
 def test_an_enabled_axis_waits_for_a_bus_that_starts(monkeypatch: pytest.MonkeyPatch) -> None:
-    made = Made(monkeypatch, Interface(2 * MS, drives(2)), 2)
-    made.enable()
-    assert made.errors() == {None}
+    rig = BusRig(monkeypatch, Interface(2 * MS, drives(2)), 2)
+    rig.enable()
+    assert rig.errors() == {None}
 
 
-def test_too_few_slaves_are_told_and_the_others_work(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_too_few_slaves_are_reported_and_the_others_work(monkeypatch: pytest.MonkeyPatch) -> None:
     interface = Interface(2 * MS, drives(1))
-    made = Made(monkeypatch, interface, 2)
-    made.until(lambda: "Drive 2 (axis 2) missing" in made.bus.trouble)
-    made.until(lambda: made.bus.slaves[0].operational)
-    assert not made.bus.slaves[1].present
+    rig = BusRig(monkeypatch, interface, 2)
+    rig.until(lambda: "Drive 2 (axis 2) missing" in rig.bus.trouble)
+    rig.until(lambda: rig.bus.slaves[0].operational)
+    assert not rig.bus.slaves[1].present
     interface.replace(drives(2))
-    made.until(lambda: made.bus.master.operational)
-    made.enable()
+    rig.until(lambda: rig.bus.master.operational)
+    rig.enable()
 
 
-def test_another_slave_than_a_drive_is_told_until_it_is_changed(
+def test_another_slave_than_a_drive_is_reported_until_it_is_changed(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     interface = Interface(2 * MS, [DigitalTerminal(8, 8, "EL"), Drive()])
-    made = Made(monkeypatch, interface, 2, drive=[{"axis": 1, "own_mapping": True}, {"axis": 2}])
-    told = "cannot be Drive 1 (axis 1): 6040h is not in its outputs"
-    made.until(lambda: told in made.bus.trouble)
-    made.until(lambda: made.bus.slaves[1].operational)
+    rig = BusRig(monkeypatch, interface, 2, drive=[{"axis": 1, "own_mapping": True}, {"axis": 2}])
+    text = "cannot be Drive 1 (axis 1): 6040h is not in its outputs"
+    rig.until(lambda: text in rig.bus.trouble)
+    rig.until(lambda: rig.bus.slaves[1].operational)
     interface.replace(drives(2))
-    made.until(made.operational)
+    rig.until(rig.operational)
 
 
 def test_slaves_that_are_not_in_the_tables_are_let_be(monkeypatch: pytest.MonkeyPatch) -> None:
     line = [Loopback(4), Drive(), Loopback(2)]
-    made = Made(monkeypatch, Interface(2 * MS, line), 1, drive=[{"axis": 1, "position": 2}])
-    made.until(made.operational)
-    assert [slave.state for slave in made.bus.master.slaves] == [AlState.OP] * 3
-    made.enable()
+    rig = BusRig(monkeypatch, Interface(2 * MS, line), 1, drive=[{"axis": 1, "position": 2}])
+    rig.until(rig.operational)
+    assert [slave.state for slave in rig.bus.master.slaves] == [AlState.OP] * 3
+    rig.enable()
 
 
 def test_a_bus_has_one_speed(monkeypatch: pytest.MonkeyPatch) -> None:
     import asyncio
 
-    made = Made(monkeypatch, Interface(2 * MS, drives(1)), 1)
+    rig = BusRig(monkeypatch, Interface(2 * MS, drives(1)), 1)
 
     async def run() -> None:
-        async with made.station.running(tcp_port=0, udp_port=None, speed=2.0):
+        async with rig.station.running(tcp_port=0, udp_port=None, speed=2.0):
             raise AssertionError("not refused")
 
     with pytest.raises(ConfigError, match="slaves on veth0 need speed 1, got 2"):
@@ -347,12 +347,12 @@ def test_a_bus_has_one_speed(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_closing_leaves_the_slaves_in_init(monkeypatch: pytest.MonkeyPatch) -> None:
     interface = Interface(2 * MS, drives(1))
-    made = Made(monkeypatch, interface, 1)
-    made.until(made.operational)
-    made.bus.close()
+    rig = BusRig(monkeypatch, interface, 1)
+    rig.until(rig.operational)
+    rig.bus.close()
     interface.segment.advance(interface.now_ns + 20 * MS)
     assert interface.segment.slaves[0].state is AlState.INIT
-    made.until(lambda: interface.opened == 2 and made.operational())
+    rig.until(lambda: interface.opened == 2 and rig.operational())
 
 
 def test_the_socket_is_a_raw_one(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -379,11 +379,11 @@ def test_whatever_happens_to_the_bus_ends_in_its_error_and_recovers(data: st.Dat
     line = [*moved, *(DigitalTerminal(16, 16, f"T{n}") for n in range(terminals))]
     interface = Interface(cycle_ns, line)
     with pytest.MonkeyPatch.context() as patch:
-        made = Made(patch, interface, count, terminals)
-        made.until(made.operational)
-        made.enable()
-        made.go(300.0, draw(st.floats(10.0, 100.0), "velocity"))
-        made.station.advance(draw(st.floats(0.0, 1.0), "when"))
+        rig = BusRig(patch, interface, count, terminals)
+        rig.until(rig.operational)
+        rig.enable()
+        rig.go(300.0, draw(st.floats(10.0, 100.0), "velocity"))
+        rig.station.advance(draw(st.floats(0.0, 1.0), "when"))
         hit = draw(st.integers(0, count - 1), "drive")
         fault = draw(
             st.sampled_from(["cable", "killed", "safeop", "alarm", "interface"]), "what happens"
@@ -404,13 +404,13 @@ def test_whatever_happens_to_the_bus_ends_in_its_error_and_recovers(data: st.Dat
             interface.replace([*drives(count), *line[count:]])
         everybody = fault in ("cable", "interface", "killed")
         wanted = {expected} if everybody or count == 1 else {expected, None}
-        made.until(lambda: made.errors() == wanted)
-        made.station.advance(draw(st.floats(0.0, 2.0), "for how long"))
+        rig.until(lambda: rig.errors() == wanted)
+        rig.station.advance(draw(st.floats(0.0, 2.0), "for how long"))
         interface.up = interface.there = True
         slave.hang(False)
         if fault == "safeop":  # given up after some tries, as the how-to says
-            made.bus.master.request(AlState.OP, made.bus.slaves[hit])
-        made.recovers()
+            rig.bus.master.request(AlState.OP, rig.bus.slaves[hit])
+        rig.recovers()
 
 
 class Asking:
@@ -462,27 +462,25 @@ def test_slaves_that_no_table_names_have_their_ports(data: st.DataObject) -> Non
     interface = Interface(2 * MS, [])
     with pytest.MonkeyPatch.context() as patch:
         interface.replace([*drives(axes), *boxes(before, size)])
-        made = Made(patch, interface, axes)
-        client = Asking(made.station)
+        rig = BusRig(patch, interface, axes)
+        client = Asking(rig.station)
         for number in (before, after):
             count = axes + number
             if number > before:
                 interface.replace([*drives(axes), *boxes(number, size)])
-            made.until(lambda count=count: len(made.bus.master.slaves) == count)
-            made.until(
-                lambda: made.operational() and all(s.present for s in made.bus.master.slaves)
-            )
+            rig.until(lambda count=count: len(rig.bus.master.slaves) == count)
+            rig.until(lambda: rig.operational() and all(s.present for s in rig.bus.master.slaves))
             stations = range(1001, 1001 + count)
             assert client.read(0xFFFF, 0x07, 0) == struct.pack(f"<{count}H", *stations)
-            for slave in made.bus.master.slaves[axes:]:
+            for slave in rig.bus.master.slaves[axes:]:
                 station = slave.station
-                told = f"box {station - 1001 - axes}".encode()
-                assert client.read(station, 0xF302, 0x1008_0000) == told
+                text = f"box {station - 1001 - axes}".encode()
+                assert client.read(station, 0xF302, 0x1008_0000) == text
                 assert client.read(0xFFFF, 0x09, station) == b"\x08\0"
                 own = AmsAddress.of(client.bus, station)
                 assert client.symbol(f"{slave.name}.InfoData.AdsAddr") == bytes(own)
             assert client.read(1001 + count, 0xF302, 0x1008_0000) == 6
-            assert len(set(map(id, made.station.devices))) == len(made.station.devices)
+            assert len(set(map(id, rig.station.devices))) == len(rig.station.devices)
 
 
 def boxes(count: int, size: int) -> list[Loopback]:
@@ -490,50 +488,50 @@ def boxes(count: int, size: int) -> list[Loopback]:
 
 
 def test_a_line_between_two_interfaces_is_one_bus(monkeypatch: pytest.MonkeyPatch) -> None:
-    made = Made(monkeypatch, BothEnds(2 * MS, drives(3)), 3)
-    assert made.bus.trouble == "veth0 and veth1 is not open yet"
-    made.until(made.operational)
-    made.enable()
-    made.go(20.0)
-    made.until(lambda: all(abs(axis.actual_position - 20.0) < 0.01 for axis in made.axes))
-    assert made.bus.master.cyclic.counters.lost == 0
-    assert made.bus.master.traffic.lost_frames == 0
-    (figures,) = made.station.statistics()["buses"]
-    told = [figures[name] for name in ("interface", "second_interface", "ring_open", "trouble")]
-    assert told == ["veth0", "veth1", "", ""]
+    rig = BusRig(monkeypatch, BothEnds(2 * MS, drives(3)), 3)
+    assert rig.bus.trouble == "veth0 and veth1 is not open yet"
+    rig.until(rig.operational)
+    rig.enable()
+    rig.go(20.0)
+    rig.until(lambda: all(abs(axis.actual_position - 20.0) < 0.01 for axis in rig.axes))
+    assert rig.bus.master.cyclic.counters.lost == 0
+    assert rig.bus.master.traffic.lost_frames == 0
+    (figures,) = rig.station.statistics()["buses"]
+    facts = [figures[name] for name in ("interface", "second_interface", "ring_open", "trouble")]
+    assert facts == ["veth0", "veth1", "", ""]
 
 
 @pytest.mark.parametrize("adapter", [0, 1])
-def test_one_interface_that_is_missing_is_told_and_the_other_does(
+def test_one_interface_that_is_missing_is_reported_and_the_other_serves(
     adapter: int, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
     interface = BothEnds(2 * MS, drives(2))
     interface.plug(adapter, False)
-    made = Made(monkeypatch, interface, 2)
-    made.until(lambda: made.bus.master.operational)
-    told = f"no interface veth{adapter}; there are lo"
-    made.until(lambda: made.bus.trouble == told)
-    made.enable()
+    rig = BusRig(monkeypatch, interface, 2)
+    rig.until(lambda: rig.bus.master.operational)
+    text = f"no interface veth{adapter}; there are lo"
+    rig.until(lambda: rig.bus.trouble == text)
+    rig.enable()
     interface.plug(adapter, True)
-    made.until(lambda: made.bus.trouble == "")
-    made.until(lambda: not made.bus.master.supervision.opening)
+    rig.until(lambda: rig.bus.trouble == "")
+    rig.until(lambda: not rig.bus.master.supervision.opening)
     interface.plug(adapter, False)
-    made.until(lambda: made.bus.trouble == f"veth{adapter} is gone")
-    made.go(10.0)
-    made.until(lambda: all(abs(axis.actual_position - 10.0) < 0.01 for axis in made.axes))
-    assert made.bus.searches == 1
-    assert [each.getMessage() for each in caplog.records].count(f"EtherCAT: {told}") == 1
+    rig.until(lambda: rig.bus.trouble == f"veth{adapter} is gone")
+    rig.go(10.0)
+    rig.until(lambda: all(abs(axis.actual_position - 10.0) < 0.01 for axis in rig.axes))
+    assert rig.bus.searches == 1
+    assert [each.getMessage() for each in caplog.records].count(f"EtherCAT: {text}") == 1
 
 
-def test_no_interface_of_two_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_two_missing_interfaces_are_reported(monkeypatch: pytest.MonkeyPatch) -> None:
     interface = BothEnds(2 * MS, drives(1))
     interface.plugged = [False, False]
-    made = Made(monkeypatch, interface, 1)
-    told = "no interface veth0; there are lo; no interface veth1; there are lo"
-    made.until(lambda: made.bus.trouble == told)
+    rig = BusRig(monkeypatch, interface, 1)
+    text = "no interface veth0; there are lo; no interface veth1; there are lo"
+    rig.until(lambda: rig.bus.trouble == text)
     interface.plugged = [True, True]
-    made.until(made.operational)
-    made.bus.close()
+    rig.until(rig.operational)
+    rig.bus.close()
     interface.segment.advance(interface.now_ns + 20 * MS)
     assert interface.ring.slaves[0].state is AlState.INIT
 
@@ -557,11 +555,11 @@ def test_one_cut_at_a_time_stops_no_axis_and_two_are_an_error(data: st.DataObjec
             interface.plug(place % 2, well)
 
     with pytest.MonkeyPatch.context() as patch:
-        made = Made(patch, interface, count)
-        made.until(made.operational)
-        made.enable()
-        made.go(60.0, 30.0)
-        counters, master = made.bus.master.cyclic.counters, made.bus.master
+        rig = BusRig(patch, interface, count)
+        rig.until(rig.operational)
+        rig.enable()
+        rig.go(60.0, 30.0)
+        counters, master = rig.bus.master.cyclic.counters, rig.bus.master
         lost = counters.lost + counters.wrong
         cuts = draw(
             st.lists(
@@ -571,21 +569,21 @@ def test_one_cut_at_a_time_stops_no_axis_and_two_are_an_error(data: st.DataObjec
             "cut in this order",
         )
         for what, place in cuts:
-            made.station.advance(draw(st.floats(0.0, 0.3), "whole for"))
+            rig.station.advance(draw(st.floats(0.0, 0.3), "whole for"))
             hurt(what, place, False)
-            made.station.advance(draw(st.floats(0.05, 0.4), "cut for"))
+            rig.station.advance(draw(st.floats(0.05, 0.4), "cut for"))
             assert master.supervision.opening
             hurt(what, place, True)
-            made.until(lambda: not master.supervision.opening)
-        assert made.errors() == {None}
+            rig.until(lambda: not master.supervision.opening)
+        assert rig.errors() == {None}
         # what was under way at the cut; and until an interface that comes is opened
         opened = 1 + 5 * MS // cycle_ns
         allowed = sum(1 + opened * (what == "interface") for what, _ in cuts)
         assert counters.lost + counters.wrong - lost <= allowed
         for adapter in (0, 1):
             interface.link(adapter, False)
-        made.until(lambda: made.errors() == {NcError.DRIVE_IO_INVALID})
+        rig.until(lambda: rig.errors() == {NcError.DRIVE_IO_INVALID})
         for adapter in draw(st.permutations((0, 1)), "back in this order"):
-            made.station.advance(draw(st.floats(0.0, 0.5), "both cut for"))
+            rig.station.advance(draw(st.floats(0.0, 0.5), "both cut for"))
             interface.link(adapter, True)
-        made.recovers()
+        rig.recovers()

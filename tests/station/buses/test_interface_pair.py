@@ -37,10 +37,10 @@ class Machine:
 
     def open(self, name: str) -> Socket:
         self.tries.append(name)
-        found = self.interfaces[name]
-        if isinstance(found, Exception):
-            raise found
-        return found
+        interface = self.interfaces[name]
+        if isinstance(interface, Exception):
+            raise interface
+        return interface
 
 
 FRAME = bytes(12) + b"\x88\xa4" + bytes(46)
@@ -83,7 +83,7 @@ def test_one_that_is_missing_is_tried_every_5_ms(missing: int) -> None:
     assert (pair.trouble, len(late.frames)) == ("", 1)
 
 
-def test_one_that_leaves_is_closed_and_told_until_it_is_back() -> None:
+def test_one_that_leaves_is_closed_and_reported_until_it_is_back() -> None:
     first, second = Socket(), Socket()
     machine = Machine(a=first, b=second)
     pair = InterfacePair(("a", "b"), machine.open)

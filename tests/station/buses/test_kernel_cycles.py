@@ -32,40 +32,40 @@ AXIS = {"max_velocity": 400.0, "default_acceleration": 2000.0, "default_decelera
         "default_jerk": 20_000.0}  # fmt: skip
 
 
-def station(drives: list[dict[str, Any]], shortcut: bool, **more: Any) -> Station:
+def station_with(drives: list[dict[str, Any]], shortcut: bool, **more: Any) -> Station:
     document = {
         "nc": {"code": "machine"} | more.pop("nc", {}),
         "bus": [{}],
         "axis": [{"id": n, "name": f"A{n}"} | AXIS for n in range(1, len(drives) + 1)],
         "drive": [{"axis": n} | drive for n, drive in enumerate(drives, 1)],
     }
-    made = Station(parse(document | more, "test"))
+    station = Station(parse(document | more, "test"))
     if not shortcut:
-        shortcut_of(made).allowed = False
-    return made
+        shortcut_of(station).allowed = False
+    return station
 
 
-def shortcut_of(made: Station) -> KernelCycles:
-    found = made.buses[0].shortcut
-    assert found is not None
-    return found
+def shortcut_of(station: Station) -> KernelCycles:
+    shortcut = station.buses[0].shortcut
+    assert shortcut is not None
+    return shortcut
 
 
-def bus_of(made: Station) -> EthercatBus:
-    bus = made.buses[0].bus
+def bus_of(station: Station) -> EthercatBus:
+    bus = station.buses[0].bus
     assert isinstance(bus, EthercatBus)
     return bus
 
 
-def told(made: Station) -> dict[str, Any]:
+def history(station: Station) -> dict[str, Any]:
     """All that one can see of a station, its bus and what happened on it."""
-    bus = bus_of(made)
+    bus = bus_of(station)
     traffic = bus.master.traffic
-    assert made.nc is not None
+    assert station.nc is not None
     return {
-        "digest": made.digest(),
-        "nc": made.nc.digest(),
-        "cycles": made.nc.cycle_count,
+        "digest": station.digest(),
+        "nc": station.nc.digest(),
+        "cycles": station.nc.cycle_count,
         "counters": repr(bus.master.cyclic.counters),
         "acyclic": (traffic.sent_frames, traffic.lost_frames, traffic.strays),
         "events": [(event.time_ns, event.kind, event.number) for event in bus.master.take_events()],
@@ -77,10 +77,10 @@ def told(made: Station) -> dict[str, Any]:
 
 
 def test_most_cycles_of_a_quiet_bus_need_no_frames() -> None:
-    made = station([{}, {"mode": "csv"}], True)
-    made.advance(5.0)
-    assert shortcut_of(made).cycles > 0.7 * 2500
-    assert bus_of(made).segment.counters.frames < 1500
+    station = station_with([{}, {"mode": "csv"}], True)
+    station.advance(5.0)
+    assert shortcut_of(station).cycles > 0.7 * 2500
+    assert bus_of(station).segment.counters.frames < 1500
 
 
 def _digital(chance: random.Random, sizes: tuple[int, ...]) -> dict[str, int]:
@@ -100,18 +100,18 @@ def test_terminals_beside_drives_get_what_frames_bring(seed: int) -> None:
         else {"name": f"T{n}", "kind": "analog", "inputs": chance.randint(1, 3)}
         for n in range(chance.randint(1, 3))
     ]
-    both = [station([{}], shortcut, terminal=terminals) for shortcut in (True, False)]
-    for made in both:
-        assert made.nc is not None
-        made.nc.axis(1).control_dword, made.nc.axis(1).velocity_override = 7, 1_000_000
-        made.advance(1.3)
+    both = [station_with([{}], shortcut, terminal=terminals) for shortcut in (True, False)]
+    for station in both:
+        assert station.nc is not None
+        station.nc.axis(1).control_dword, station.nc.axis(1).velocity_override = 7, 1_000_000
+        station.advance(1.3)
     for _ in range(12):
         seconds, volts = chance.choice((0.002, 0.004, 0.05, 0.7)), chance.uniform(-11, 11)
         number, bits = chance.randrange(len(terminals)), chance.randbytes(8)
         fall, move = chance.random() < 0.2, chance.uniform(-30.0, 30.0)
         seen = []
-        for made in both:
-            bus = bus_of(made)
+        for station in both:
+            bus = bus_of(station)
             device, slave = bus.terminals[number], bus.terminal_slaves[number]
             if isinstance(device, AnalogTerminal):
                 device.set_voltage(0, volts)
@@ -120,9 +120,9 @@ def test_terminals_beside_drives_get_what_frames_bring(seed: int) -> None:
             slave.outputs[:] = bits[: len(slave.outputs)]
             if fall:
                 bus.segment.slaves[slave.position].fail(AlStatus.WATCHDOG)
-            elif made.nc is not None:
-                commands.start(made.nc.axis(1), StartType.ABSOLUTE, move, 100.0)
-            made.advance(seconds)
+            elif station.nc is not None:
+                commands.start(station.nc.axis(1), StartType.ABSOLUTE, move, 100.0)
+            station.advance(seconds)
             seen.append(
                 [
                     (bytes(slave.inputs), slave.input_toggle, each.output_image, slave.state)
@@ -131,7 +131,7 @@ def test_terminals_beside_drives_get_what_frames_bring(seed: int) -> None:
                 ]
             )
         assert seen[0] == seen[1]
-        assert told(both[0]) == told(both[1])
+        assert history(both[0]) == history(both[1])
     sizes = [size for each in terminals if "kind" not in each
              for size in (each["inputs"], each["outputs"])]  # fmt: skip
     quick = shortcut_of(both[0])
@@ -140,25 +140,25 @@ def test_terminals_beside_drives_get_what_frames_bring(seed: int) -> None:
 
 
 def test_an_open_ring_is_one_of_frames() -> None:
-    made = station([{}, {}], True, bus=[{"redundant": True}])
-    made.advance(3.0)
-    quick, ring = shortcut_of(made), bus_of(made).segment
+    station = station_with([{}, {}], True, bus=[{"redundant": True}])
+    station.advance(3.0)
+    quick, ring = shortcut_of(station), bus_of(station).segment
     assert quick.cycles > 0.5 * 1500
     assert isinstance(ring, RingSegment)
     for cable in range(3):
         ring.cut(cable)
         before = quick.cycles
-        made.advance(0.1)
+        station.advance(0.1)
         assert quick.cycles == before
         ring.mend(cable)
-        made.advance(1.0)
+        station.advance(1.0)
         assert quick.cycles > before
 
 
-def test_frames_do_what_is_asked_for() -> None:
-    made = station([{}], False)
-    made.advance(2.0)
-    assert shortcut_of(made).cycles == 0
+def test_frames_carry_requests() -> None:
+    station = station_with([{}], False)
+    station.advance(2.0)
+    assert shortcut_of(station).cycles == 0
 
 
 @pytest.mark.parametrize("seed", range(6))
@@ -176,22 +176,24 @@ def test_it_leaves_what_frames_leave(seed: int) -> None:
     ]
     cycle = chance.choice(["1ms", "2ms", "4ms"])
     line = [{"redundant": chance.random() < 0.5}]
-    both = [station(drives, shortcut, nc={"cycle": cycle}, bus=line) for shortcut in (True, False)]
-    for made in both:
-        assert made.nc is not None
-        for axis in made.nc:
+    both = [
+        station_with(drives, shortcut, nc={"cycle": cycle}, bus=line) for shortcut in (True, False)
+    ]
+    for station in both:
+        assert station.nc is not None
+        for axis in station.nc:
             axis.control_dword, axis.velocity_override = 7, 1_000_000
-        made.advance(1.3)
-    assert told(both[0]) == told(both[1])
+        station.advance(1.3)
+    assert history(both[0]) == history(both[1])
     for _ in range(5):
         what = chance.choice(["move", "move", "home", "alarm", "reset", "cable", "probe",
                                      "lose", "fall", "disable"])  # fmt: skip
         number = chance.randint(1, len(drives))
         target, seconds = chance.uniform(-30.0, 30.0), chance.uniform(0.01, 0.5)
         cable = chance.randint(0, len(drives))
-        for made in both:
-            assert made.nc is not None
-            axis, bus = made.nc.axis(number), bus_of(made)
+        for station in both:
+            assert station.nc is not None
+            axis, bus = station.nc.axis(number), bus_of(station)
             slave = bus.segment.slaves[number - 1]
             if what == "move":
                 commands.start(axis, StartType.ABSOLUTE, target, 100.0)
@@ -219,5 +221,5 @@ def test_it_leaves_what_frames_leave(seed: int) -> None:
                 bus.segment.break_link(slave)
             else:
                 bus.segment.repair_link(slave)
-            made.advance(seconds)
-        assert told(both[0]) == told(both[1]), what
+            station.advance(seconds)
+        assert history(both[0]) == history(both[1]), what

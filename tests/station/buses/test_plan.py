@@ -33,7 +33,7 @@ def plan_of(drives: list[dict[str, Any]], terminals: list[dict[str, Any]] | None
     )
 
 
-def found(place: int, configuration: SlaveConfiguration, trouble: str = "") -> ScannedSlave:
+def scanned(place: int, configuration: SlaveConfiguration, trouble: str = "") -> ScannedSlave:
     identity = (configuration.vendor_id, configuration.product_code, 1, 0)
     facts = SlaveFacts(identity=identity)
     return ScannedSlave(place, 1001 + place, facts, b"", SiiContent(), configuration, trouble)
@@ -68,7 +68,7 @@ def test_each_device_has_a_place_of_its_own(data: st.DataObject) -> None:
 
 def test_what_is_found_is_configured_as_the_tables_say() -> None:
     plan = plan_of([{}, {"position": 3}])
-    line = [found(n, a_drive(type_name=f"D{n}")) for n in range(3)]
+    line = [scanned(n, a_drive(type_name=f"D{n}")) for n in range(3)]
     configuration, faults = plan.configuration_of(line)
     assert faults == []
     assert configuration.stations() == [1001, 1002, 1003]
@@ -80,7 +80,7 @@ def test_what_is_found_is_configured_as_the_tables_say() -> None:
 
 def test_what_is_missing_is_expected_in_its_place() -> None:
     plan = plan_of([{}, {}], [{}])
-    configuration, faults = plan.configuration_of([found(0, a_drive())])
+    configuration, faults = plan.configuration_of([scanned(0, a_drive())])
     assert faults == [
         "1 slaves found, 3 or more expected: Drive 2 (axis 2), T1 missing",
     ]
@@ -89,24 +89,24 @@ def test_what_is_missing_is_expected_in_its_place() -> None:
 
 
 @pytest.mark.parametrize(
-    ("slave", "drive", "told"),
+    ("slave", "drive", "message"),
     [
         (a_drive(coe=False), {}, "it has no CoE"),
         (a_drive(outputs=()), {"own_mapping": True}, "6040h is not in its outputs"),
         (a_drive(inputs=()), {"own_mapping": True}, "6041h is not in its inputs"),
     ],
 )
-def test_a_slave_that_cannot_be_the_drive_is_told(
-    slave: SlaveConfiguration, drive: dict[str, Any], told: str
+def test_a_slave_that_cannot_be_the_drive_is_reported(
+    slave: SlaveConfiguration, drive: dict[str, Any], message: str
 ) -> None:
-    configuration, faults = plan_of([drive]).configuration_of([found(0, slave)])
+    configuration, faults = plan_of([drive]).configuration_of([scanned(0, slave)])
     assert len(faults) == 1
-    assert faults[0].endswith(f"cannot be Drive 1 (axis 1): {told}")
+    assert faults[0].endswith(f"cannot be Drive 1 (axis 1): {message}")
     assert configuration.slaves[0].vendor_id == (0xFFFF_FFFF if drive else VENDOR)
 
 
-def test_a_slave_that_could_not_be_read_is_told() -> None:
-    _, faults = plan_of([{}]).configuration_of([found(0, a_drive(), "EEPROM damaged")])
+def test_a_slave_that_could_not_be_read_is_reported() -> None:
+    _, faults = plan_of([{}]).configuration_of([scanned(0, a_drive(), "EEPROM damaged")])
     assert faults[0].endswith("cannot be Drive 1 (axis 1): EEPROM damaged")
 
 
@@ -117,7 +117,7 @@ def test_a_terminal_has_to_have_the_configured_sizes(inputs: int, outputs: int) 
         describe(make_terminal(TerminalConfig(name="F", inputs=inputs or 1, outputs=outputs)))
     )
     plan = BusPlan(BusConfig(), (), (terminal,), 2 * MS)
-    _, faults = plan.configuration_of([found(0, there)])
+    _, faults = plan.configuration_of([scanned(0, there)])
     fits = 1 <= (inputs or 1) <= 8 and 1 <= outputs <= 8
     assert (not faults) == fits
     if faults:
@@ -129,7 +129,7 @@ def test_a_terminal_has_to_have_the_configured_sizes(inputs: int, outputs: int) 
 )
 def test_object_that_a_drive_leaves_out_is_neither_mapped_nor_written(key: str, index: int) -> None:
     def objects(drive: dict[str, Any]) -> set[int]:
-        slave = plan_of([drive]).configuration_of([found(0, a_drive())])[0].slaves[0]
+        slave = plan_of([drive]).configuration_of([scanned(0, a_drive())])[0].slaves[0]
         mapped = {entry.index for pdo in slave.inputs for entry in pdo.entries}
         return mapped | {command.index for command in slave.commands}
 
