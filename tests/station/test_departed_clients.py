@@ -157,7 +157,7 @@ def test_clients_that_have_left_keep_no_memory(
         before = tracemalloc.get_traced_memory()[0]
         for _ in range(rounds):
             visit(served, visits)
-        kept = tracemalloc.get_traced_memory()[0] - before
+        growth = tracemalloc.get_traced_memory()[0] - before
         more, added = abandoned(served) - handles, len(gc.get_objects()) - objects
     finally:
         tracemalloc.stop()
@@ -165,7 +165,7 @@ def test_clients_that_have_left_keep_no_memory(
         logging.disable(logging.NOTSET)
     assert not served.peers
     assert added < SLACK_OBJECTS + HANDLE_OBJECTS * more
-    assert kept < SLACK_BYTES + HANDLE_BYTES * more
+    assert growth < SLACK_BYTES + HANDLE_BYTES * more
 
 
 def abandoned(served: Served) -> int:

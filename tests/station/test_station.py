@@ -179,7 +179,7 @@ def test_stop_comes_to_rest_with_the_configured_deceleration(bench: Bench) -> No
         (773, 100.0, -260.0),
     ],
 )
-def test_the_modulo_axis_goes_the_way_it_is_told(
+def test_the_modulo_axis_goes_the_way_requested(
     make_bench: Any, kind: int, target: float, end: float
 ) -> None:
     bench = make_bench(axis=3)

@@ -60,17 +60,17 @@ def device_of(station: Station) -> CamshaftDevice:
 def value(station: Station, name: str) -> int:
     symbols = device_of(station).symbols
     assert symbols is not None
-    found = symbols.source.resolve(name)
-    assert found is not None
-    return int.from_bytes(found.read(), "little")
+    symbol = symbols.source.resolve(name)
+    assert symbol is not None
+    return int.from_bytes(symbol.read(), "little")
 
 
 def plc(station: Station, name: str) -> Any:
     [device] = [each for each in station.devices if 851 in {at.port for at in each.addresses}]
     assert device.symbols is not None
-    found = device.symbols.source.resolve(name)
-    assert found is not None
-    return int.from_bytes(found.read(), "little")
+    symbol = device.symbols.source.resolve(name)
+    assert symbol is not None
+    return int.from_bytes(symbol.read(), "little")
 
 
 def test_an_axis_turns_the_shaft() -> None:
@@ -204,7 +204,7 @@ def test_a_restart_brings_the_configured_cams_back(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("keys", "told"),
+    ("keys", "message"),
     [
         ({"axis": "Z"}, "camshaft[1].axis: expected the name of an [[axis]], got 'Z'"),
         ({"encoder": "MAIN.nEncodr"}, "did you mean 'MAIN.nEncoder'"),
@@ -216,10 +216,10 @@ def test_a_restart_brings_the_configured_cams_back(tmp_path: Path) -> None:
         ({"output_image": "MAIN.aInputs"}, "expected 68 bytes, MAIN.aInputs has 72"),
     ],
 )
-def test_what_is_not_there_is_told(tmp_path: Path, keys: dict[str, Any], told: str) -> None:
+def test_what_is_not_there_is_reported(tmp_path: Path, keys: dict[str, Any], message: str) -> None:
     with pytest.raises(ConfigError) as refusal:
         station_of(tmp_path, keys)
-    assert told in str(refusal.value)
+    assert message in str(refusal.value)
 
 
 def test_names_are_there_once(tmp_path: Path) -> None:

@@ -69,7 +69,7 @@ def test_each_function_computes_and_counts_its_arguments(name: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("text", "told"),
+    ("text", "message"),
     [
         ("", "column 1: expected a number, a name or '\\(', got the end"),
         ("1 +", "column 4"),
@@ -86,12 +86,12 @@ def test_each_function_computes_and_counts_its_arguments(name: str) -> None:
         ("1" * 1001, "up to 1000 characters"),
     ],
 )
-def test_what_is_refused_says_where_and_what(text: str, told: str) -> None:
-    with pytest.raises(ExpressionError, match=told):
+def test_what_is_refused_says_where_and_what(text: str, message: str) -> None:
+    with pytest.raises(ExpressionError, match=message):
         _value(text)
 
 
-def test_names_are_told_once_in_order() -> None:
+def test_names_are_reported_once_in_order() -> None:
     assert parse_expression("main.n + MAIN.is * main.n", _variable).names == ("main.n", "MAIN.is")
 
 

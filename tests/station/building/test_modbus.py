@@ -45,7 +45,7 @@ def answer(unit: int, pdu: bytes) -> bytes:
     return b"\x03\x04\x12\x34\x56\x78"
 
 
-def test_nobody_is_there_without_it(tmp_path: Path) -> None:
+def test_without_it_no_device_is_there(tmp_path: Path) -> None:
     there = station(tmp_path, None)
     there.advance(0.1)
     assert main(there)["read"]["nErrId"] == 6

@@ -22,9 +22,9 @@ def test_axis_parameters_reach_the_axis() -> None:
     axis = {"id": 9, "name": "A", "unit": "inch", "modulo": True, "max_velocity": 12.5}
     built = station(axis=[axis])
     assert built.nc is not None
-    made = built.nc.axis(9)
-    assert (made.name, made.unit, made.max_velocity) == ("A", "inch", 12.5)
-    assert made.unit_interpretation == 4
+    built_axis = built.nc.axis(9)
+    assert (built_axis.name, built_axis.unit, built_axis.max_velocity) == ("A", "inch", 12.5)
+    assert built_axis.unit_interpretation == 4
 
 
 @pytest.mark.parametrize(
@@ -40,8 +40,8 @@ def test_the_machine_of_a_modulo_axis_is_a_rotary_table(
 ) -> None:
     built = station(axis=[{"id": 1, "name": "C", "unit": "degree", "modulo": True, **values}])
     assert built.nc is not None
-    made = built.nc.axis(1)
-    assert (made.machine.period, made.machine.cam_begin) == (period, begin)
+    axis = built.nc.axis(1)
+    assert (axis.machine.period, axis.machine.cam_begin) == (period, begin)
 
 
 def test_words_of_enumerations_and_flags() -> None:
@@ -50,10 +50,10 @@ def test_words_of_enumerations_and_flags() -> None:
     element = {"encoder_count_direction": True, "controller_type": "PID_POSITION"}
     built = station(axis=[{"id": 1, "name": "A", **values, "element": [element]}])
     assert built.nc is not None
-    made = built.nc.axis(1)
-    other = made.encoders[1]
-    assert made.override_type == 2
-    assert (other.count_direction, made.controllers[1].type) == (1, 3)
+    axis = built.nc.axis(1)
+    other = axis.encoders[1]
+    assert axis.override_type == 2
+    assert (other.count_direction, axis.controllers[1].type) == (1, 3)
     assert type(other.count_direction) is int
 
 

@@ -222,7 +222,7 @@ def test_step_is_needed_without_axes_and_plc(put_unit: Callable[..., Path]) -> N
         load(put_unit("tank"), '[[fmu]]\nname = "tank"\nfile = "tank.fmu"\n')
 
 
-def test_unit_that_does_not_start_is_told(
+def test_unit_that_does_not_start_is_reported(
     put_unit: Callable[..., Path], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("sys.executable", "/bin/false")

@@ -31,7 +31,7 @@ def test_variable_is_found_in_any_case(device: PlcDevice) -> None:
     assert find_variable(device, "main.NLEVEL", "key").name == "MAIN.nLevel"
 
 
-def test_wrong_names_are_told_with_their_key(device: PlcDevice) -> None:
+def test_wrong_names_are_reported_with_their_key(device: PlcDevice) -> None:
     with pytest.raises(ConfigError, match=r"key: expected a variable.*did you mean 'MAIN\.nLevel'"):
         find_variable(device, "MAIN.nLevle", "key")
     with pytest.raises(ConfigError, match=r"key: MAIN\.cMost is a constant"):

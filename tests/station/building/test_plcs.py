@@ -79,7 +79,7 @@ def test_programs_beside_the_file_are_found(folder: Path) -> None:
     assert {unit.name for unit in Station.load(path).plcs[851].units} >= {"Count"}
 
 
-def test_programs_of_a_station_ask_its_other_devices(tmp_path: Path) -> None:
+def test_programs_of_a_station_query_its_other_devices(tmp_path: Path) -> None:
     (tmp_path / "a.st").write_text(
         "PROGRAM MAIN VAR fb : ADSRDSTATE; nc : ADSREAD; n : UDINT; END_VAR"
         " fb(PORT := AMSPORT_R3_SYSSERV, RDSTATE := TRUE);"

@@ -126,7 +126,7 @@ def test_a_station_without_anything_has_a_scope_server() -> None:
 
 
 @pytest.mark.parametrize(
-    ("scope", "told"),
+    ("scope", "message"),
     [
         ({"folder": "none"}, "scope.folder: expected a folder, got"),
         ({"folder": "."}, "has the station.toml"),
@@ -137,7 +137,7 @@ def test_a_station_without_anything_has_a_scope_server() -> None:
         ),
     ],
 )
-def test_what_cannot_be_is_told(tmp_path: Path, scope: dict[str, Any], told: str) -> None:
-    with pytest.raises(ConfigError, match=told):
+def test_what_cannot_be_is_reported(tmp_path: Path, scope: dict[str, Any], message: str) -> None:
+    with pytest.raises(ConfigError, match=message):
         station_of(tmp_path, scope=scope)
     assert make_scope.__doc__

@@ -75,8 +75,8 @@ def test_a_value_becomes_that_of_the_type(symbol: str, amplitude: float, value: 
     source = station.devices
     device = next(each for each in source if each.address.port == 851)
     assert device.symbols is not None
-    found: Any = device.symbols.source.resolve(symbol)
-    assert found.type.decode(found.read()) == value
+    place: Any = device.symbols.source.resolve(symbol)
+    assert place.type.decode(place.read()) == value
 
 
 def test_a_counter_goes_on_within_the_range_of_its_type() -> None:
@@ -101,7 +101,7 @@ def test_an_expression_sees_other_variables_and_earlier_signals() -> None:
     assert _gvl(station)["fReal"] == pytest.approx(2 + 2.6)
 
 
-def test_what_cannot_be_computed_leaves_the_variable_and_is_told_once(
+def test_what_cannot_be_computed_leaves_the_variable_and_is_reported_once(
     caplog: pytest.LogCaptureFixture,
 ) -> None:
     signal = {"symbol": "GVL.fReal", "kind": "expression", "expression": "1 / GVL.nInt"}
@@ -153,7 +153,7 @@ def test_after_an_online_change_signals_find_their_variables(
 
 
 @pytest.mark.parametrize(
-    ("signal", "told"),
+    ("signal", "message"),
     [
         ({"symbol": "GVL.nIntt", "kind": "noise"}, r"signal\[1\]\.symbol: .*mean 'GVL.nInt'"),
         ({"symbol": "nCounter", "kind": "noise"}, "did you mean 'MAIN.nCounter'"),
@@ -176,8 +176,8 @@ def test_after_an_online_change_signals_find_their_variables(
         ({"symbol": "GVL.nInt", "kind": "csv", "file": "no.csv"}, r"signal\[1\]\.file: .*no.csv"),
     ],
 )
-def test_what_does_not_fit_is_told(signal: dict[str, Any], told: str) -> None:
-    with pytest.raises(ConfigError, match=told):
+def test_what_does_not_fit_is_reported(signal: dict[str, Any], message: str) -> None:
+    with pytest.raises(ConfigError, match=message):
         _station(signal)
 
 

@@ -147,7 +147,7 @@ def test_drives_and_terminals_share_a_bus(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("changes", "told"),
+    ("changes", "message"),
     [
         ({"bus": []}, r"terminal\[1\]: expected a table \[\[bus\]\]"),
         (
@@ -163,6 +163,6 @@ def test_drives_and_terminals_share_a_bus(tmp_path: Path) -> None:
         ),
     ],
 )
-def test_what_cannot_be_is_told(tmp_path: Path, changes: dict[str, Any], told: str) -> None:
-    with pytest.raises(ConfigError, match=told):
+def test_what_cannot_be_is_reported(tmp_path: Path, changes: dict[str, Any], message: str) -> None:
+    with pytest.raises(ConfigError, match=message):
         station_of(tmp_path, **changes)

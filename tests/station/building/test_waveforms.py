@@ -131,7 +131,7 @@ def test_a_file_without_header_and_times(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("content", "keys", "told"),
+    ("content", "keys", "message"),
     [
         ("a;b\n", {}, "has no values"),
         ("", {}, "has no values"),
@@ -146,13 +146,15 @@ def test_a_file_without_header_and_times(tmp_path: Path) -> None:
         ("0,1\n", {"time": 0}, "time: expected a column"),
     ],
 )
-def test_what_cannot_be_played_is_told(tmp_path: Path, content: str, keys: Any, told: str) -> None:
+def test_what_cannot_be_played_is_reported(
+    tmp_path: Path, content: str, keys: Any, message: str
+) -> None:
     (tmp_path / "level.csv").write_text(content)
-    with pytest.raises(CsvError, match=told):
+    with pytest.raises(CsvError, match=message):
         _values(tmp_path, 0, **keys)
 
 
-def test_a_file_that_cannot_be_read_is_told(tmp_path: Path) -> None:
+def test_a_file_that_cannot_be_read_is_reported(tmp_path: Path) -> None:
     with pytest.raises(CsvError, match="cannot be read"):
         _values(tmp_path, 0)
     (tmp_path / "level.csv").write_bytes(b"\xff\xfe\x00\xd8")

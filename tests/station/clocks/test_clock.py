@@ -210,12 +210,12 @@ class Live:
         return True
 
     def device(self, port: int) -> Any:
-        [found] = [
+        [device] = [
             each
             for each in self.station.devices
             if port in [address.port for address in each.addresses]
         ]
-        return found
+        return device
 
     def subscribe(self, port: int, group: int, offset: int, size: int, mode: int) -> None:
         data = AddNotificationRequest(group, offset, size, mode, 0, 100_000).encode()

@@ -113,7 +113,7 @@ def test_going_on_in_one_go_is_going_on_tick_by_tick(seed: int) -> None:
     assert histories[0][1] == end // follower_cycle
 
 
-def test_a_phase_that_catches_up_is_asked_once_for_the_time_between() -> None:
+def test_a_phase_that_catches_up_is_queried_once_for_the_time_between() -> None:
     log: Log = []
     cycle = Cycle(1)
     follower = Counted(2)
@@ -168,7 +168,7 @@ def test_halt_ends_the_going_after_the_moment() -> None:
     assert cycle.now_ns == 10
 
 
-def test_what_was_asked_for_after_its_turn_is_done_with_the_next_tick() -> None:
+def test_a_late_request_is_done_with_the_next_tick() -> None:
     log: Log = []
     cycle = Cycle(5)
     late = Once(PhasePlace.FAULTS, math.inf, lambda now: log.append((now, "late")))

@@ -73,7 +73,7 @@ def test_rounding_does_not_accumulate() -> None:
     assert sum(due_ticks(pace, now * MS) for now in range(1, 1001)) == 3000
 
 
-def test_a_pace_too_far_behind_starts_anew() -> None:
+def test_a_pace_too_far_behind_starts_again() -> None:
     pace = Pace(2 * MS, 1.0, now=0)
     late = 2 * MS + REBASE_NS + 1
     assert not pace.take(late)

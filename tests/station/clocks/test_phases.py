@@ -26,16 +26,16 @@ MS = 1_000_000
 
 
 def test_changes_happen_at_their_time_in_their_order() -> None:
-    told: list[str] = []
+    reports: list[str] = []
     changes = ChangePhase()
     assert changes.due_ns == math.inf
-    changes.plan((20, lambda: told.append("b")), (10, lambda: told.append("a")))
-    changes.plan(*changes.plans, (20, lambda: told.append("c")))
+    changes.plan((20, lambda: reports.append("b")), (10, lambda: reports.append("a")))
+    changes.plan(*changes.plans, (20, lambda: reports.append("c")))
     assert changes.due_ns == 10
     changes.step(15)
-    assert (told, changes.due_ns) == (["a"], 20)
+    assert (reports, changes.due_ns) == (["a"], 20)
     changes.step(20)
-    assert (told, changes.due_ns, changes.plans) == (["a", "b", "c"], math.inf, ())
+    assert (reports, changes.due_ns, changes.plans) == (["a", "b", "c"], math.inf, ())
 
 
 def test_a_change_may_plan_another() -> None:
@@ -80,30 +80,30 @@ def test_a_plc_is_due_with_its_next_task() -> None:
     assert phase.due_ns == 6 * MS
 
 
-def _device(due_ns: float, told: list[Any]) -> Any:
-    notifications = SimpleNamespace(due_ns=due_ns, tick=lambda now: told.append((due_ns, now)))
+def _device(due_ns: float, reports: list[Any]) -> Any:
+    notifications = SimpleNamespace(due_ns=due_ns, tick=lambda now: reports.append((due_ns, now)))
     return SimpleNamespace(
-        notifications=notifications, sweep=lambda now: told.append(("sweep", now))
+        notifications=notifications, sweep=lambda now: reports.append(("sweep", now))
     )
 
 
 def test_notifications_are_due_with_the_first_sample_of_any_device() -> None:
     budget = SampleBudget(1000)
-    told: list[Any] = []
-    phase = NotificationPhase([_device(due, told) for due in (130.0, math.inf, 120.0)], budget)
+    reports: list[Any] = []
+    phase = NotificationPhase([_device(due, reports) for due in (130.0, math.inf, 120.0)], budget)
     assert phase.due_ns == 120
     phase.step(120)
-    assert told == [(120.0, 120)]
+    assert reports == [(120.0, 120)]
     assert NotificationPhase([], budget).due_ns == math.inf
 
 
 def test_upkeep_is_once_a_second_in_whole_ticks() -> None:
-    told: list[Any] = []
-    phase = upkeep([_device(0, told)], 300 * MS, lambda: 7)
+    reports: list[Any] = []
+    phase = upkeep([_device(0, reports)], 300 * MS, lambda: 7)
     phase.begin(1)
     assert phase.due_ns == 1200 * MS
     phase.step(1200 * MS)
-    assert told == [("sweep", 7)]
+    assert reports == [("sweep", 7)]
 
 
 class _Kept(Wire):

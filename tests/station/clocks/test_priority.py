@@ -21,7 +21,7 @@ class Computer:
     def __init__(self, monkeypatch: pytest.MonkeyPatch, processors: int = 1) -> None:
         self.processors = processors
         self.now_ns = self.used_ns = self.silent_ns = self.longest_ns = 0
-        self.asked: list[bool] = []
+        self.requests: list[bool] = []
         self.allowed = True
         self._signs = False
         monkeypatch.setattr(priority, "run_first", self.run_first)
@@ -30,7 +30,7 @@ class Computer:
         self.guard = StarvationGuard(50, "frames", self)
 
     def run_first(self, priority: int) -> bool:
-        self.asked.append(priority > 0)
+        self.requests.append(priority > 0)
         return self.allowed
 
     def heard(self) -> bool:
@@ -60,13 +60,13 @@ class Computer:
 def test_use_alone_gives_no_priority_back(monkeypatch: pytest.MonkeyPatch, load: float) -> None:
     computer = Computer(monkeypatch)
     computer.run(20.0, load)
-    assert computer.asked == []
+    assert computer.requests == []
 
 
 def test_whole_processor_beside_a_spare_one_keeps_priority(monkeypatch: pytest.MonkeyPatch) -> None:
     computer = Computer(monkeypatch, processors=2)
     computer.run(20.0, 1.0)
-    assert computer.asked == []
+    assert computer.requests == []
 
 
 def test_starvation_ends_the_priority_and_its_end_brings_it_back(
@@ -74,16 +74,16 @@ def test_starvation_ends_the_priority_and_its_end_brings_it_back(
 ) -> None:
     computer = Computer(monkeypatch)
     computer.run(0.2, 1.0)
-    assert computer.asked == []
+    assert computer.requests == []
     computer.run(0.2, 1.0)
-    assert computer.asked == [False]
+    assert computer.requests == [False]
     assert "frames starve other programs" in caplog.text
     computer.run(0.8, 0.5)
-    assert computer.asked == [False]
+    assert computer.requests == [False]
     computer.run(0.5, 0.5)
-    assert computer.asked == [False, True]
+    assert computer.requests == [False, True]
     computer.guard.close()
-    assert computer.asked == [False, True, False]
+    assert computer.requests == [False, True, False]
 
 
 def test_starvation_by_others_does_not_bring_priority_back(
@@ -92,9 +92,9 @@ def test_starvation_by_others_does_not_bring_priority_back(
     computer = Computer(monkeypatch)
     computer.run(0.4, 1.0)
     computer.run(5.0, 0.5, busy=1)
-    assert computer.asked == [False]
+    assert computer.requests == [False]
     computer.run(0.1, 0.5)
-    assert computer.asked == [False, True]
+    assert computer.requests == [False, True]
 
 
 phases = st.lists(
@@ -115,8 +115,8 @@ def test_ordinary_programs_run_and_a_host_that_stalls_costs_no_priority(
         assert computer.longest_ns <= STARVED_AFTER_NS + 100_000_000
         whole = sum(seconds for seconds, load, stolen in phases if load >= 1.0 and not stolen)
         if processors > 1 or whole * 1e9 < STARVED_AFTER_NS:
-            assert computer.asked == []
-        assert computer.asked.count(False) <= 1 + computer.now_ns / ORDINARY_NS
+            assert computer.requests == []
+        assert computer.requests.count(False) <= 1 + computer.now_ns / ORDINARY_NS
 
 
 def test_ordinary_process_is_heard_and_ends() -> None:
@@ -130,14 +130,14 @@ def test_ordinary_process_is_heard_and_ends() -> None:
 
 
 @pytest.mark.parametrize("allowed", [True, False])
-def test_real_time_is_asked_for_and_may_be_refused(
+def test_real_time_is_requested_and_may_be_refused(
     monkeypatch: pytest.MonkeyPatch, allowed: bool
 ) -> None:
-    asked: list[tuple[int, int, object]] = []
+    requests: list[tuple[int, int, object]] = []
     collector: list[str] = []
 
     def set_scheduler(process: int, policy: int, parameters: object) -> None:
-        asked.append((process, policy, parameters))
+        requests.append((process, policy, parameters))
         if not allowed:
             raise PermissionError
 
@@ -148,7 +148,7 @@ def test_real_time_is_asked_for_and_may_be_refused(
     monkeypatch.setattr(gc, "collect", lambda: collector.append("collect"))
     monkeypatch.setattr(gc, "freeze", lambda: collector.append("freeze"))
     assert priority.answer_promptly() is allowed
-    assert asked == [(0, 0b011, priority.DRIVE_PRIORITY)]
+    assert requests == [(0, 0b011, priority.DRIVE_PRIORITY)]
     assert collector == ["collect", "freeze"]
     assert priority.run_first(0) is allowed
-    assert asked[1:] == [(0, 0b110, 0)]
+    assert requests[1:] == [(0, 0b110, 0)]

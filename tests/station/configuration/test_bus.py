@@ -7,7 +7,7 @@ from achse.motion.servo import ServoMode
 from achse.station.configuration.bus import BusConfig, DriveConfig
 
 
-def test_a_drive_is_told_by_its_axis() -> None:
+def test_a_drive_is_named_by_its_axis() -> None:
     drive = DriveConfig(axis="X")
     assert (drive.mode, drive.interface) == ("csp", ServoMode.CSP)
     assert drive.scaling == 10.0 / 131_072
@@ -20,7 +20,7 @@ def test_gear_and_feed_make_the_scaling() -> None:
 
 
 @pytest.mark.parametrize(
-    ("keys", "told"),
+    ("keys", "message"),
     [
         ({"outputs": [0x6041]}, "outputs: expected some of 0x6040"),
         ({"inputs": [0x6041, 0x6041]}, "inputs: expected each object once"),
@@ -30,8 +30,8 @@ def test_gear_and_feed_make_the_scaling() -> None:
         ({"start": [{"index": 0x60C2, "value": 1, "size": 3}]}, "1, 2 or 4"),
     ],
 )
-def test_what_cannot_be_is_told(keys: dict[str, object], told: str) -> None:
-    with pytest.raises(ValidationError, match=told):
+def test_what_cannot_be_is_reported(keys: dict[str, object], message: str) -> None:
+    with pytest.raises(ValidationError, match=message):
         DriveConfig.model_validate({"axis": 1} | keys)
 
 
@@ -52,7 +52,7 @@ def test_a_bus_has_no_one_or_two_interfaces(
 
 
 @pytest.mark.parametrize(
-    ("keys", "told"),
+    ("keys", "message"),
     [
         ({"redundant": "eth2"}, "expected an interface beside the second one, eth2"),
         ({"interface": "eth1", "redundant": True}, "expected the name of the second interface"),
@@ -61,6 +61,6 @@ def test_a_bus_has_no_one_or_two_interfaces(
         ({"redundant": 3}, "boolean|string"),
     ],
 )
-def test_what_is_no_ring_is_told(keys: dict[str, object], told: str) -> None:
-    with pytest.raises(ValidationError, match=told):
+def test_what_is_no_ring_is_reported(keys: dict[str, object], message: str) -> None:
+    with pytest.raises(ValidationError, match=message):
         BusConfig.model_validate(keys)

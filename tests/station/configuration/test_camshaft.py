@@ -40,7 +40,7 @@ def test_cams_have_numbers_and_values() -> None:
 
 
 @pytest.mark.parametrize(
-    ("keys", "told"),
+    ("keys", "message"),
     [
         ({"axis": "X", "encoder": "MAIN.n"}, "either axis or encoder"),
         ({"units_per_turn": 360}, "goes with axis"),
@@ -61,10 +61,10 @@ def test_cams_have_numbers_and_values() -> None:
         ({"name": " Press"}, "no dots and no blanks"),
     ],
 )
-def test_what_cannot_be(keys: dict[str, Any], told: str) -> None:
+def test_what_cannot_be(keys: dict[str, Any], message: str) -> None:
     with pytest.raises(ConfigError, match=r"camshaft\[1\]") as refusal:
         config_of(**keys)
-    assert told in str(refusal.value)
+    assert message in str(refusal.value)
 
 
 def test_there_are_four_at_most() -> None:

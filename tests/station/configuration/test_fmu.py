@@ -22,9 +22,9 @@ def test_defaults_are_those_of_the_page() -> None:
     [("position", ServoMode.CSP), ("velocity", ServoMode.CSV), ("torque", ServoMode.CST)],
 )
 def test_modes_are_those_of_a_servo(mode: str, number: ServoMode) -> None:
-    made = FmuAxisConfig.model_validate(AXIS | {"mode": mode, "torque_per_acceleration": 1.0})
-    assert made.interface is number
-    assert (made.scaling, made.inverted, made.homing) == (1e-5, False, None)
+    config = FmuAxisConfig.model_validate(AXIS | {"mode": mode, "torque_per_acceleration": 1.0})
+    assert config.interface is number
+    assert (config.scaling, config.inverted, config.homing) == (1e-5, False, None)
 
 
 @pytest.mark.parametrize(

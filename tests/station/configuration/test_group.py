@@ -13,7 +13,7 @@ from achse.station.configuration.station_file import parse
 AXES = [{"id": n, "name": f"A{n}"} for n in (1, 2, 3)]
 
 
-def station(tmp_path: Path, **tables: Any) -> Station:
+def station_with(tmp_path: Path, **tables: Any) -> Station:
     return Station(parse({"axis": AXES, **tables}, "here"), base=tmp_path)
 
 
@@ -23,7 +23,7 @@ def test_a_station_has_the_groups_it_describes(tmp_path: Path) -> None:
         "def forward(n, a, p):\n    p[0] = n[0] * a[0]\n    return 1\n"
         "def inverse(n, p, a):\n    a[0] = p[0] / n[0]\n    return 1\n"
     )
-    made = station(
+    station = station_with(
         tmp_path,
         channel=[{"id": 4, "type": "fifo"}, {"id": 5, "type": "kinematic", "name": "Robot"}],
         group=[
@@ -37,12 +37,12 @@ def test_a_station_has_the_groups_it_describes(tmp_path: Path) -> None:
             },
         ],
     )
-    assert made.nc is not None
-    assert made.nc.groups.group(20).ids == [1, 0, 2]
-    group = made.nc.groups.group(21)
+    assert station.nc is not None
+    assert station.nc.groups.group(20).ids == [1, 0, 2]
+    group = station.nc.groups.group(21)
     assert isinstance(group, KinematicGroup)
     assert group.forward([2.0] + [0.0] * 7) == [6.0] + [0.0] * 7
-    assert made.nc.channels.ids() == [1, 4, 5]
+    assert station.nc.channels.ids() == [1, 4, 5]
     assert group.channel.name == "Robot"
 
 
@@ -64,22 +64,22 @@ def test_a_station_has_the_groups_it_describes(tmp_path: Path) -> None:
 )
 def test_what_cannot_be(tmp_path: Path, tables: dict[str, Any], message: str) -> None:
     with pytest.raises(ConfigError, match=message):
-        station(tmp_path, **tables)
+        station_with(tmp_path, **tables)
 
 
-@pytest.mark.parametrize(("keys", "kept"), [({}, False), ({"keep_jerk": True}, True)])
+@pytest.mark.parametrize(("keys", "keep_jerk"), [({}, False), ({"keep_jerk": True}, True)])
 def test_group_keeps_jerk_if_its_table_says_so(
-    tmp_path: Path, keys: dict[str, bool], kept: bool
+    tmp_path: Path, keys: dict[str, bool], keep_jerk: bool
 ) -> None:
-    made = station(tmp_path, channel=[{"id": 1}], group=[{"id": 20, "channel": 1, **keys}])
-    assert made.nc is not None
-    group = made.nc.groups.group(20)
+    station = station_with(tmp_path, channel=[{"id": 1}], group=[{"id": 20, "channel": 1, **keys}])
+    assert station.nc is not None
+    group = station.nc.groups.group(20)
     assert isinstance(group, PathGroup)
-    assert group.keep_jerk == group.path_parameters.keep_jerk == kept
+    assert group.keep_jerk == group.path_parameters.keep_jerk == keep_jerk
 
 
 def test_the_demo_station_has_a_channel_with_an_interpreter() -> None:
-    made = Station.demo()
-    assert made.nc is not None
-    channel = made.nc.channels.channel(1)
+    station = Station.demo()
+    assert station.nc is not None
+    channel = station.nc.channels.channel(1)
     assert (channel.type, channel.interpreter_type, channel.group_ids) == (2, 2, [11])

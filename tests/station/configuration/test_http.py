@@ -13,10 +13,10 @@ def test_defaults_and_values() -> None:
 
 
 @pytest.mark.parametrize(
-    ("table", "told"),
+    ("table", "message"),
     [({"port": 70_000}, "web.port"), ({"token": "a b"}, "web.token"), ({"ports": 1}, "web.ports"),
      ({"host": ""}, "web.host")],
 )  # fmt: skip
-def test_what_cannot_be_is_named(table: dict[str, object], told: str) -> None:
-    with pytest.raises(ConfigError, match=told):
+def test_what_cannot_be_is_named(table: dict[str, object], message: str) -> None:
+    with pytest.raises(ConfigError, match=message):
         parse({"web": table}, "a.toml")

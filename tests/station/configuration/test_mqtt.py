@@ -65,7 +65,7 @@ def test_the_vendors_file() -> None:
 
 
 @pytest.mark.parametrize(
-    ("data", "told"),
+    ("data", "message"),
     [
         (b"<Mqtt>", "no valid XML"),
         (b"<!DOCTYPE x><a/>", "document type"),
@@ -73,8 +73,8 @@ def test_the_vendors_file() -> None:
         (b"<a><Mqtt><Topic>t</Topic></Mqtt></a>", "host of its broker"),
     ],
 )
-def test_files_that_cannot_be(data: bytes, told: str) -> None:
-    with pytest.raises(MqttError, match=told):
+def test_files_that_cannot_be(data: bytes, message: str) -> None:
+    with pytest.raises(MqttError, match=message):
         parse_mqtt_file(data, Path())
 
 
@@ -95,7 +95,7 @@ def test_networks_of_a_configuration(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("mqtt", "told"),
+    ("mqtt", "message"),
     [
         ({}, "expected broker and topic, or file"),
         ({"broker": "b"}, "virtual network"),
@@ -104,19 +104,19 @@ def test_networks_of_a_configuration(tmp_path: Path) -> None:
         ({"broker": "b", "file": "x"}, "expected broker and topic, or file"),
     ],
 )
-def test_mistakes_are_told(mqtt: dict[str, Any], told: str) -> None:
-    with pytest.raises(ConfigError, match=told):
+def test_mistakes_are_reported(mqtt: dict[str, Any], message: str) -> None:
+    with pytest.raises(ConfigError, match=message):
         parse({"mqtt": [mqtt]}, "a.toml")
 
 
-async def test_files_that_are_not_there_are_told(tmp_path: Path) -> None:
-    for mqtt, told in (
+async def test_files_that_are_not_there_are_reported(tmp_path: Path) -> None:
+    for mqtt, message in (
         ({"file": "none.xml"}, r"none\.xml: No such file"),
         ({"file": "empty.xml"}, "no element Mqtt"),
         ({"broker": "b", "topic": "t", "tls": {"ca": "none.pem"}}, "cannot be used"),
     ):
         (tmp_path / "empty.xml").write_text("<TcConfig/>")
         built = Station(parse({"mqtt": [mqtt]}, "a.toml"), base=tmp_path)
-        with pytest.raises(ConfigError, match=told):
+        with pytest.raises(ConfigError, match=message):
             async with built.running("127.0.0.1", 0):
                 pass

@@ -10,7 +10,7 @@ from achse.station.configuration.types import ConfigError
 
 
 @pytest.mark.parametrize(
-    ("keys", "told"),
+    ("keys", "message"),
     [
         ({"sources": "a.st", "symbols": "a.tmc"}, "either sources or symbols, not both"),
         ({"libraries": ["l"]}, "libraries go with sources"),
@@ -19,8 +19,8 @@ from achse.station.configuration.types import ConfigError
         ({"task": [{"priority": 256}]}, "priority"),
     ],
 )
-def test_keys_that_do_not_go_together_are_refused(keys: dict[str, Any], told: str) -> None:
-    with pytest.raises(ConfigError, match=told):
+def test_keys_that_do_not_go_together_are_refused(keys: dict[str, Any], message: str) -> None:
+    with pytest.raises(ConfigError, match=message):
         parse({"plc": [keys]}, "a.toml")
 
 

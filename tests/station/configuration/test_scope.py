@@ -32,7 +32,7 @@ def test_limits_are_those_of_the_table() -> None:
 
 
 @pytest.mark.parametrize(
-    ("scope", "told"),
+    ("scope", "message"),
     [
         ({"memroy": 5000}, "scope.memroy: no such key; did you mean 'memory'?"),
         ({"time": 2}, "scope.time: .*expected 1 or less"),
@@ -44,6 +44,6 @@ def test_limits_are_those_of_the_table() -> None:
         ({"view": [{"channels": ["a"], "triggers": ["b rising"]}]}, r"triggers\[1\].channel"),
     ],
 )
-def test_what_cannot_be_is_told(scope: dict[str, Any], told: str) -> None:
-    with pytest.raises(ConfigError, match=told):
+def test_what_cannot_be_is_reported(scope: dict[str, Any], message: str) -> None:
+    with pytest.raises(ConfigError, match=message):
         parse({"scope": scope}, "station.toml")

@@ -115,15 +115,15 @@ async def test_beyond_this_computer_secure_needs_no_further_word(tmp_path: Path)
 
 
 @pytest.mark.parametrize(
-    ("secure", "told"),
+    ("secure", "message"),
     [
         ({"certificate": "a.crt"}, "certificate and key go together"),
         ({"port": 70_000}, "secure.port"),
         ({"listen": "x"}, "no such key"),
     ],
 )
-def test_mistakes_are_told(secure: dict[str, Any], told: str) -> None:
-    with pytest.raises(ConfigError, match=told):
+def test_mistakes_are_reported(secure: dict[str, Any], message: str) -> None:
+    with pytest.raises(ConfigError, match=message):
         parse({"secure": secure}, "a.toml")
 
 

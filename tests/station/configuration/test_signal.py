@@ -18,7 +18,7 @@ def test_each_kind_is_listed() -> None:
 
 
 @pytest.mark.parametrize(
-    ("table", "told"),
+    ("table", "message"),
     [
         ({}, "signal[1].kind: one of sine, ramp"),
         ({"symbol": "a", "kind": "sin"}, "got 'sin'; did you mean 'sine'?"),
@@ -42,8 +42,8 @@ def test_each_kind_is_listed() -> None:
         (3, "signal[1]: expected a table"),
     ],
 )
-def test_a_fault_is_told(table: Any, told: str) -> None:
+def test_a_fault_is_reported(table: Any, message: str) -> None:
     with pytest.raises(ConfigError) as fault:
         parse({"signal": [table]}, "station.toml")
-    assert told in str(fault.value)
+    assert message in str(fault.value)
     assert str(fault.value).startswith("station.toml: signal[1]")

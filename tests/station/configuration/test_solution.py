@@ -97,12 +97,12 @@ def test_parts_lie_in_files_of_their_own(tmp_path: Path) -> None:
     (config / "NC" / "Axes" / "M1 - Y.xti").write_text(
         f"<TcSmItem><DataTypes/>{AXIS.replace('<Name>X', '<Name>__FILENAME__')}</TcSmItem>"
     )
-    found = load(folder / "Line.tsproj")
-    assert [(plc.port, Path(plc.sources or "").name) for plc in found.plc] == [
+    loaded = load(folder / "Line.tsproj")
+    assert [(plc.port, Path(plc.sources or "").name) for plc in loaded.plc] == [
         (851, "Cell.plcproj")
     ]
-    assert [(axis.id, axis.name) for axis in found.axis] == [(7, "M1 - Y")]
-    assert found.nc.cycle == 2_000_000
+    assert [(axis.id, axis.name) for axis in loaded.axis] == [(7, "M1 - Y")]
+    assert loaded.nc.cycle == 2_000_000
 
 
 def test_a_simulated_encoder_follows_the_setpoint(tmp_path: Path) -> None:
@@ -142,7 +142,7 @@ def test_a_file_is_read_once(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("name", "text", "told"),
+    ("name", "text", "message"),
     [
         ("a.tsproj", "<a", "no well-formed XML"),
         ("a.tsproj", "<!DOCTYPE a><a/>", "DOCTYPE"),
@@ -165,9 +165,11 @@ def test_a_file_is_read_once(tmp_path: Path) -> None:
         ("empty/notes.txt", "", "or a folder with a .tsproj"),
     ],
 )
-def test_what_is_no_solution_is_told(tmp_path: Path, name: str, text: str, told: str) -> None:
+def test_what_is_no_solution_is_reported(
+    tmp_path: Path, name: str, text: str, message: str
+) -> None:
     file = tmp_path / "one" / name
     file.parent.mkdir(parents=True)
     file.write_text(text)
-    with pytest.raises(ConfigError, match=told):
+    with pytest.raises(ConfigError, match=message):
         load(file.parent if name.startswith("empty") else file)

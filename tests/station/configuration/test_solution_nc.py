@@ -74,11 +74,11 @@ def test_every_parameter_is_taken_over(
         place[f"@{row.attribute}"] = text
     axes = f'<Axis Id="1"><Name>X</Name>{_written(tree)}</Axis>'
     config = load(solution(tmp_path_factory.mktemp("solution"), axes) / "Line.sln")
-    found = config.axis[0].parameters
+    parameters = config.axis[0].parameters
     if values.get("encoder_soft_limit_min_enable") or values.get("encoder_soft_limit_max_enable"):
         values.pop("encoder_position_offset", None)
-        found.pop("encoder_position_offset", None)
-    assert {key: found[key] for key in values} == values
+        parameters.pop("encoder_position_offset", None)
+    assert {key: parameters[key] for key in values} == values
 
 
 def _written(tree: dict[str, Any]) -> str:
@@ -111,10 +111,10 @@ def test_an_offset_beyond_a_limit_is_left_out(
     limits = f"<SoftEndMinControl {least}/><SoftEndMaxControl {most}/>"
     encoder = f'<Encoder><EncPara Offset="{offset}">{limits}</EncPara></Encoder>'
     with caplog.at_level(logging.INFO):
-        found = load(
+        config = load(
             solution(tmp_path, f'<Axis Id="1"><Name>X</Name>{encoder}</Axis>') / "Line.sln"
         )
-    assert ("encoder_position_offset" in found.axis[0].parameters) is taken
+    assert ("encoder_position_offset" in config.axis[0].parameters) is taken
     assert (f"axis X: offset {offset} is left out" in caplog.text) is not taken
 
 
@@ -205,13 +205,13 @@ def test_one_line_names_what_is_left_out(tmp_path: Path, caplog: pytest.LogCaptu
 
 
 @given(names=st.lists(st.sampled_from(("A" * 40, "A" * 35, "B")), min_size=2, max_size=6))
-def test_axes_whose_names_are_too_long_are_told_apart(
+def test_axes_whose_names_are_too_long_are_distinguished(
     tmp_path_factory: pytest.TempPathFactory, names: list[str]
 ) -> None:
     axes = "".join(
         AXIS.replace('Id="3"', f'Id="{number}"').replace(">X<", f">{name}<")
         for number, name in enumerate(names, 1)
     )
-    found = load(solution(tmp_path_factory.mktemp("line"), axes) / "Line.sln").axis
-    assert len({axis.name for axis in found}) == len(names)
-    assert all(axis.name[:1] == name[:1] for axis, name in zip(found, names, strict=True))
+    named_axes = load(solution(tmp_path_factory.mktemp("line"), axes) / "Line.sln").axis
+    assert len({axis.name for axis in named_axes}) == len(names)
+    assert all(axis.name[:1] == name[:1] for axis, name in zip(named_axes, names, strict=True))

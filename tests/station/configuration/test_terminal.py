@@ -14,7 +14,7 @@ def test_channels_unless_given() -> None:
 
 
 @pytest.mark.parametrize(
-    ("fields", "told"),
+    ("fields", "message"),
     [
         ({"inputs": 65}, "64"),
         ({"kind": "analog", "outputs": 9}, "at most 8"),
@@ -23,8 +23,8 @@ def test_channels_unless_given() -> None:
         ({"input_address": -1}, "input_address"),
     ],
 )
-def test_what_cannot_be(fields: dict[str, object], told: str) -> None:
-    with pytest.raises((ConfigError, ValueError), match=told):
+def test_what_cannot_be(fields: dict[str, object], message: str) -> None:
+    with pytest.raises((ConfigError, ValueError), match=message):
         TerminalConfig(**{"name": "a", **fields})  # type: ignore[arg-type]
 
 

@@ -16,7 +16,7 @@ def test_a_file_that_is_no_toml_is_named(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("text", "told"),
+    ("text", "message"),
     [
         ("[axis]\nid = 1\n", r"axis: there may be several: write \[\[axis\]\], got"),
         ("axis = 3\n", "axis: expected a list, got 3"),
@@ -31,10 +31,12 @@ def test_a_file_that_is_no_toml_is_named(tmp_path: Path) -> None:
         ('[[plc]]\ntask = [{period = "10ms"}]\n', r"period: no such key; there are name, "),
     ],
 )
-def test_lists_and_few_keys_are_told_as_toml_has_them(tmp_path: Path, text: str, told: str) -> None:
+def test_lists_and_few_keys_are_reported_as_toml_has_them(
+    tmp_path: Path, text: str, message: str
+) -> None:
     path = tmp_path / "station.toml"
     path.write_text(text, encoding="utf-8")
-    with pytest.raises(ConfigError, match=told):
+    with pytest.raises(ConfigError, match=message):
         load(path)
 
 

@@ -103,21 +103,21 @@ WRITERS: dict[str, tuple[Callable[[Path, int], Callable[[], object]], Callable[[
 
 def found_after_kills(name: str, folder: Path) -> list[Any]:
     """What is in the file after a kill at each system call, and when none was left to kill at."""
-    change, found = WRITERS[name]
+    change, read = WRITERS[name]
     change(folder, 0)()
     old = (folder / "state").read_bytes()
-    seen: list[Any] = [found(folder)]
+    seen: list[Any] = [read(folder)]
     meaning: dict[bytes, Any] = {}  # the same bytes are read the same
     number = 0
     act = change(folder, 1)  # done in children only: here it is not done yet
     while killed_at(number, act):
         left = (folder / "state").read_bytes()
         if left not in meaning:
-            meaning[left] = found(folder)
+            meaning[left] = read(folder)
         seen.append(meaning[left])
         (folder / "state").write_bytes(old)
         number += 1
-    return [*seen, found(folder)]
+    return [*seen, read(folder)]
 
 
 if __name__ == "__main__":

@@ -57,8 +57,8 @@ def test_another_program_goes_on_where_the_axes_stand(tmp_path: Path) -> None:
     first = station(tmp_path)
     travel(first)
     first.save()
-    kept = json.loads((tmp_path / "kept.json").read_text())["nc"]["1"]
-    assert kept["position"] == nc_of(first).axis(1).actual_position
+    saved = json.loads((tmp_path / "kept.json").read_text())["nc"]["1"]
+    assert saved["position"] == nc_of(first).axis(1).actual_position
     second = station(tmp_path)
     assert shows(second) == [(30.0, 1), (0.0, 0)]
     zeros = [axis.sensor.zero * axis.encoder.scaling_factor for axis in nc_of(second)]
@@ -133,7 +133,7 @@ def test_axes_may_come_and_go(tmp_path: Path) -> None:
         "\udcff",
     ],
 )
-def test_a_damaged_file_is_told_and_put_aside(
+def test_a_damaged_file_is_reported_and_put_aside(
     tmp_path: Path, caplog: pytest.LogCaptureFixture, text: str
 ) -> None:
     (tmp_path / "kept.json").write_bytes(text.encode("utf-8", "surrogateescape"))
@@ -149,7 +149,7 @@ def test_a_damaged_file_is_told_and_put_aside(
     assert caplog.text == ""
 
 
-def test_a_file_that_cannot_be_written_is_told(
+def test_a_file_that_cannot_be_written_is_reported(
     tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
     built = station(tmp_path)
@@ -439,8 +439,8 @@ def test_online_change_is_in_what_is_saved(tmp_path: Path) -> None:
     (tmp_path / "a.st").write_text(PLC.replace("VAR n : DINT", "VAR PERSISTENT n : DINT"))
     built.online_change()
     built.save()
-    kept = json.loads((tmp_path / "kept.json").read_text())["plc"]["851"]
-    assert kept.keys() == {"MAIN.nTotal", "MAIN.nParts", "MAIN.n"}
+    saved = json.loads((tmp_path / "kept.json").read_text())["plc"]["851"]
+    assert saved.keys() == {"MAIN.nTotal", "MAIN.nParts", "MAIN.n"}
 
 
 class Counts(Program):
@@ -501,8 +501,8 @@ def test_log_names_three_variables_that_are_gone(
     tmp_path: Path, caplog: pytest.LogCaptureFixture, types: str, message: str
 ) -> None:
     rows = {f"X.{name}": ("", b"") for name in types}
-    kept = {name: (type, data.hex()) for name, (type, data) in rows.items()}
-    document = {"nc": {}, "plc": {"851": kept} if kept else {}}
+    saved = {name: (type, data.hex()) for name, (type, data) in rows.items()}
+    document = {"nc": {}, "plc": {"851": saved} if saved else {}}
     (tmp_path / "kept.json").write_text(json.dumps(document))
     Run(tmp_path, FailingDisk())
     expected = f"persistent data of PLC 851: X.{message} or have another type" if message else ""
@@ -532,8 +532,8 @@ def test_power_cut_loses_what_came_after_the_last_write(data: st.DataObject) -> 
             disk.left = data.draw(st.none() | st.integers(0, 6))
             cut = data.draw(st.integers(0, 80))
             disk.mix = lambda old, new, cut=cut: new[:cut] + old[cut:]  # type: ignore[misc]
-            kept = data.draw(st.booleans())
-            disk.is_kept = lambda kept=kept: kept  # type: ignore[misc]
+            is_durable = data.draw(st.booleans())
+            disk.is_kept = lambda durable=is_durable: durable  # type: ignore[misc]
             for act in data.draw(
                 st.lists(st.sampled_from([Run.count, Run.snapshot, Run.save]), max_size=8)
             ):
@@ -548,7 +548,7 @@ def test_power_cut_loses_what_came_after_the_last_write(data: st.DataObject) -> 
 
 
 @pytest.mark.parametrize("at", ["header", "layout", "both", "last"])
-def test_damaged_snapshot_is_told(
+def test_damaged_snapshot_is_reported(
     tmp_path: Path, caplog: pytest.LogCaptureFixture, at: str
 ) -> None:
     """The one before the last is used; else the file."""
@@ -571,7 +571,7 @@ def test_damaged_snapshot_is_told(
         assert "kept.json.snapshot is damaged: " in caplog.text
 
 
-def test_snapshot_that_means_something_else_is_told(
+def test_snapshot_that_means_something_else_is_reported(
     tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
     file = SnapshotFile(tmp_path / "kept.json.snapshot")

@@ -55,9 +55,9 @@ def test_power_cut_leaves_the_last_snapshot_or_the_one_before(data: st.DataObjec
                 else:
                     file.write(new)
             except PowerCutError:
-                found = read(disk)
-                assert found in (last, new)
-                last = found
+                snapshot = read(disk)
+                assert snapshot in (last, new)
+                last = snapshot
                 break
             last = new
             assert read(disk) == last
@@ -79,11 +79,11 @@ def test_overwrite_cut_at_each_byte_leaves_the_one_before() -> None:
         disk.left, disk.mix = 0, lambda old, new, cut=cut: new[:cut] + old[cut:]  # type: ignore[misc]
         with pytest.raises(PowerCutError):
             file.write(new)
-        found = SnapshotFile(PATH, disk).read()
+        snapshot = SnapshotFile(PATH, disk).read()
         if cut < 56:
-            assert found == (last, cut > 0)  # the first byte of the number differs
+            assert snapshot == (last, cut > 0)  # the first byte of the number differs
         else:
-            assert found == (new, False)
+            assert snapshot == (new, False)
 
 
 def test_file_cut_at_each_byte_has_a_whole_snapshot_or_is_refused() -> None:

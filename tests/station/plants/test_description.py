@@ -22,14 +22,12 @@ OUTSIDE = (
 @pytest.mark.parametrize("fmi", [2, 3])
 @pytest.mark.parametrize("name", VARIABLES)
 def test_variables_are_read(name: str, fmi: int) -> None:
-    found = read_description(description(name, fmi).encode())
-    assert (found.fmi, found.token, found.identifier) == (fmi, f"{{{name}}}", name)
-    assert [(each.name, each.causality) for each in found.variables.values()] == [
+    unit = read_description(description(name, fmi).encode())
+    assert (unit.fmi, unit.token, unit.identifier) == (fmi, f"{{{name}}}", name)
+    assert [(each.name, each.causality) for each in unit.variables.values()] == [
         (variable, causality) for variable, _, causality in VARIABLES[name]
     ]
-    assert [each.reference for each in found.variables.values()] == list(
-        range(len(found.variables))
-    )
+    assert [each.reference for each in unit.variables.values()] == list(range(len(unit.variables)))
 
 
 @pytest.mark.parametrize("coding", ["utf-8", "utf-16"])
@@ -77,14 +75,14 @@ def test_only_numbers_can_be_linked() -> None:
         '<ModelVariables><Float64 name="a" valueReference="9"><Dimension start="3"/></Float64>'
         '<String name="s" valueReference="8"/>',
     )
-    found = read_description(text.encode())
-    assert found.number("level") == PlantVariable("level", 2, "Float64", "output")
+    unit = read_description(text.encode())
+    assert unit.number("level") == PlantVariable("level", 2, "Float64", "output")
     for name, complaint in (
         ("a", "expected a number or a Boolean, got an array of Float64"),
         ("s", "expected a number or a Boolean, got String"),
         ("levle", "expected a variable of the unit, got 'levle'; did you mean 'level'"),
     ):
         with pytest.raises(PlantError, match=complaint):
-            found.number(name)
+            unit.number(name)
     with pytest.raises(PlantError, match="level: expected input or parameter, got output"):
-        found.number("level", "input", "parameter")
+        unit.number("level", "input", "parameter")

@@ -53,7 +53,7 @@ def test_odd_steps_are_steps(wild: UnitProcess, deed: int, value: float) -> None
     assert step(wild, NOTHING, 0.01) == [value + 1.0]
 
 
-def test_what_a_unit_prints_harms_nobody(wild: UnitProcess) -> None:
+def test_what_a_unit_prints_harms_no_other(wild: UnitProcess) -> None:
     start(wild)
     assert step(wild, PRINT, count=20) == [20.0]
 

@@ -23,8 +23,8 @@ def plan(request: pytest.FixtureRequest, plant_units: Path) -> Iterator[dict[str
     about = archive.description
 
     def places(*names: str) -> list[tuple[int, str]]:
-        found = [about.number(name) for name in names]
-        return [(each.reference, each.type) for each in found]
+        variables = [about.number(name) for name in names]
+        return [(each.reference, each.type) for each in variables]
 
     yield {
         "fmi": about.fmi,

@@ -29,8 +29,8 @@ def _station(folder: Path, text: str, *axes: dict[str, Any]) -> Station:
 
 def test_structures_are_found_where_they_lie(tmp_path: Path) -> None:
     station = _station(tmp_path, TWO, {"id": 1, "name": "A"})
-    found = axis_variables(station.plcs[851].variables)
-    assert {(each.owner, each.to_plc, each.size) for each in found} == {
+    structures = axis_variables(station.plcs[851].variables)
+    assert {(each.owner, each.to_plc, each.size) for each in structures} == {
         (owner, to_plc, 256 if to_plc else 128)
         for owner in ("MAIN.aAxes[1]", "MAIN.aAxes[2]", "MAIN.Z")
         for to_plc in (True, False)
@@ -80,7 +80,9 @@ def test_the_only_axis_belongs_to_the_only_reference(tmp_path: Path) -> None:
     assert main["drive"]["NcToPlc"]["AxisId"] == 2
 
 
-def test_what_belongs_to_no_axis_is_told(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+def test_what_belongs_to_no_axis_is_reported(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
     station = _station(tmp_path, TWO, {"id": 1, "name": "A"})
     assert 'MAIN.aAxes[1], MAIN.aAxes[2], MAIN.Z: no axis; link them by plc = "…"' in caplog.text
     assert station.nc is not None
@@ -88,7 +90,7 @@ def test_what_belongs_to_no_axis_is_told(tmp_path: Path, caplog: pytest.LogCaptu
 
 
 @pytest.mark.parametrize(
-    ("axes", "told"),
+    ("axes", "message"),
     [
         ([{"plc": "MAIN.aAxes[3]"}], r"axis\[1\]\.plc: no variable of the type AXIS_REF"),
         ([{"plc": "MAIN.Zz"}], "did you mean"),
@@ -98,10 +100,10 @@ def test_what_belongs_to_no_axis_is_told(tmp_path: Path, caplog: pytest.LogCaptu
         ([{"plc": 5}], "plc"),
     ],
 )
-def test_mistakes(tmp_path: Path, axes: list[dict[str, Any]], told: str) -> None:
-    given = [{"id": n, "name": f"X{n}", **axis} for n, axis in enumerate(axes, 1)]
-    with pytest.raises(ConfigError, match=told):
-        _station(tmp_path, TWO, *given)
+def test_mistakes(tmp_path: Path, axes: list[dict[str, Any]], message: str) -> None:
+    tables = [{"id": n, "name": f"X{n}", **axis} for n, axis in enumerate(axes, 1)]
+    with pytest.raises(ConfigError, match=message):
+        _station(tmp_path, TWO, *tables)
 
 
 def test_an_online_change_moves_the_variables(tmp_path: Path) -> None:
@@ -152,7 +154,7 @@ def test_shown_alike_by_either_form_of_the_nc(tmp_path: Path, compiled: bool) ->
         nc.cycle()
 
 
-def test_enables_that_somebody_else_changed_are_given_again(tmp_path: Path) -> None:
+def test_enables_that_another_client_changed_are_given_again(tmp_path: Path) -> None:
     station = _station(tmp_path, TWO, {"id": 3, "name": "A", "plc": "MAIN.aAxes[2]"})
     station.advance(0.05)
     assert station.nc is not None
@@ -200,7 +202,7 @@ def test_structures_by_their_place_in_the_process_image(tmp_path: Path, links: l
         _station(tmp_path, OLD, {"id": 1, "name": "A", "plc": "%IB1004"})
 
 
-def test_loose_structures_of_several_axes_are_told(
+def test_loose_structures_of_several_axes_are_reported(
     tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
     _station(tmp_path, OLD, {"id": 1, "name": "A"}, {"id": 2, "name": "B"})

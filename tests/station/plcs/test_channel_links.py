@@ -120,7 +120,7 @@ def test_what_the_program_gives_counts_as_long_as_it_runs(tmp_path: Path) -> Non
     assert (channel.override, channel.data.skip_mask) == (0, 0)
 
 
-def test_an_impossible_mode_is_told_and_changes_nothing(
+def test_an_impossible_mode_is_reported_and_changes_nothing(
     tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
     station = _station(tmp_path)
@@ -145,8 +145,8 @@ def test_links_by_name_place_and_of_the_older_form(tmp_path: Path) -> None:
     channel = _channel(station)
     assert main["b"]["nItpState"] == channel.state
     assert (channel.data.skip_mask, channel.override) == (5, 0)
-    found = channel_variables(station.plcs[851].variables)
-    assert {(each.name, each.to_plc, each.size) for each in found} == {
+    structures = channel_variables(station.plcs[851].variables)
+    assert {(each.name, each.to_plc, each.size) for each in structures} == {
         ("MAIN.a", True, 160),
         ("MAIN.b", True, 152),
         ("MAIN.c", False, 128),
@@ -162,12 +162,12 @@ def test_links_by_name_place_and_of_the_older_form(tmp_path: Path) -> None:
         ("853:MAIN.toChannel", "expected a PLC before the colon"),
     ],
 )
-def test_a_wrong_link_is_told_by_its_key(tmp_path: Path, plc: Any, said: str) -> None:
+def test_a_wrong_link_is_reported_by_its_key(tmp_path: Path, plc: Any, said: str) -> None:
     with pytest.raises(ConfigError, match=said):
         _station(tmp_path, channel={"plc": plc})
 
 
-def test_structures_without_a_channel_are_told(
+def test_structures_without_a_channel_are_reported(
     tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
     text = (

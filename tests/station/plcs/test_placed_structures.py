@@ -23,7 +23,7 @@ def _station(folder: Path) -> Station:
     return Station(parse({"plc": [{"sources": "a.st"}]}, "a.toml"), base=folder)
 
 
-def _found(station: Station) -> list[PlacedStructure]:
+def _structures(station: Station) -> list[PlacedStructure]:
     return placed_structures(
         station.plcs[851].variables,
         lambda type: type.name.upper() == "INNER",
@@ -32,8 +32,8 @@ def _found(station: Station) -> list[PlacedStructure]:
 
 
 def test_only_those_at_an_address_count_wherever_they_are(tmp_path: Path) -> None:
-    found = {(each.name, each.owner, each.area) for each in _found(_station(tmp_path))}
-    assert found == {
+    structures = {(each.name, each.owner, each.area) for each in _structures(_station(tmp_path))}
+    assert structures == {
         ("MAIN.a[1].deep.one", "MAIN.a[1].deep", Area.DATA),
         ("MAIN.a[2].deep.one", "MAIN.a[2].deep", Area.DATA),
         ("MAIN.b", "MAIN.b", Area.OUTPUT),
@@ -44,14 +44,14 @@ def test_only_those_at_an_address_count_wherever_they_are(tmp_path: Path) -> Non
 
 def test_a_link_names_a_variable_or_its_place(tmp_path: Path) -> None:
     station = _station(tmp_path)
-    there = {(851, each.name.casefold()): each for each in _found(station)}
+    there = {(851, each.name.casefold()): each for each in _structures(station)}
     place = next(each for each in there.values() if each.name == "MAIN.b")
-    for given in ("main.B", "851: MAIN.b", f"%QB{place.offset}", f"851:%qb{place.offset}"):
-        assert find_place(given, "link", there, station.plcs, "Inner") == (851, "main.b")
-    for given, said in (
+    for text in ("main.B", "851: MAIN.b", f"%QB{place.offset}", f"851:%qb{place.offset}"):
+        assert find_place(text, "link", there, station.plcs, "Inner") == (851, "main.b")
+    for text, said in (
         ("852:MAIN.b", "expected a PLC before the colon"),
         ("MAIN.bb", "link: no variable of the type Inner .* did you mean .MAIN.b"),
         ("%QB999", "no variable"),
     ):
         with pytest.raises(ConfigError, match=said):
-            find_place(given, "link", there, station.plcs, "Inner")
+            find_place(text, "link", there, station.plcs, "Inner")

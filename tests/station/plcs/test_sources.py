@@ -345,7 +345,7 @@ def test_bodies_with_new_faults_leave_the_plc_as_it_was(folder: Path) -> None:
     assert _value(station, "P.n") == b"\17\0"
 
 
-def test_stamps_tell_when_a_source_changed(folder: Path) -> None:
+def test_stamps_report_when_a_source_changed(folder: Path) -> None:
     from achse.station.configuration.plc import PlcConfig
     from achse.station.plcs.sources import PlcSource
 

@@ -41,16 +41,16 @@ def test_station_on_all_addresses_has_that_of_its_default_route(host: str) -> No
 
 
 @pytest.mark.parametrize("host", EVERYWHERE)
-@pytest.mark.parametrize(("known", "told"), [("10.0.0.7", "10.0.0.7.1.1"), ("", str(LOOPBACK))])
+@pytest.mark.parametrize(("known", "message"), [("10.0.0.7", "10.0.0.7.1.1"), ("", str(LOOPBACK))])
 def test_station_without_default_route_has_that_of_an_interface(
-    host: str, known: str, told: str
+    host: str, known: str, message: str
 ) -> None:
     with (
         mock.patch.object(own_address, "_routed_address", return_value=""),
         mock.patch.object(own_address, "_interface_address", return_value=known),
         mock.patch.object(own_address, "_named_address", return_value=""),
     ):
-        assert str(net_id_at(host)) == told
+        assert str(net_id_at(host)) == message
 
 
 def test_host_name_counts_by_its_address() -> None:

@@ -47,20 +47,20 @@ def test_files_of_the_configuration(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("secure", "told"),
+    ("secure", "message"),
     [
         ({"certificate": "a.crt", "key": "a.key"}, r"a\.crt: No such file"),
         ({"certificate": "@x", "key": "@x"}, "a certificate in PEM expected"),
         ({"ca": "@x"}, "certificates cannot be used"),
     ],
 )
-async def test_files_that_cannot_be_used_are_told(
-    tmp_path: Path, secure: dict[str, str], told: str
+async def test_files_that_cannot_be_used_are_reported(
+    tmp_path: Path, secure: dict[str, str], message: str
 ) -> None:
     (tmp_path / "x").write_text("nothing")
     named = {key: value.replace("@", "") for key, value in secure.items()}
     built = station(tmp_path, secure=named, router={"listen": "secure"})
-    with pytest.raises(ConfigError, match=told):
+    with pytest.raises(ConfigError, match=message):
         async with built.running("127.0.0.1"):
             pass
 
@@ -68,12 +68,12 @@ async def test_files_that_cannot_be_used_are_told(
 def test_routes_need_what_they_name(tmp_path: Path) -> None:
     who = StationIdentity(parse({}, "a.toml").secure, tmp_path, "press")
     assert identity("press").fingerprint
-    for tls, told in (
+    for tls, message in (
         (RouteTls(kind=TlsKind.SHARED_CA), "names no ca"),
         (RouteTls(kind=TlsKind.PSK, identity="x"), "no key of 'x'"),
     ):
         route = Route(name="x", net_id=NetId("5.1.2.3.1.1"), host="10.0.0.1", tls=tls)
-        with pytest.raises(ValueError, match=told):
+        with pytest.raises(ValueError, match=message):
             who.credentials(route)
     with pytest.raises(ConfigError, match="self_signed needs one"):
         parse({"route": [{"name": "x", "net_id": "5.1.2.3.1.1", "host": "h", "tls": {}}]}, "a")

@@ -22,8 +22,8 @@ PROGRAM = "PROGRAM MAIN VAR x : DINT; y : LREAL; END_VAR x := REAL_TO_DINT(y); E
 
 
 def config(**keys: Any) -> BridgeConfig:
-    given = {"broker": "b", "topic": "press", "symbols": ["MAIN.x"], **keys}
-    return BridgeConfig.model_validate(given)
+    table = {"broker": "b", "topic": "press", "symbols": ["MAIN.x"], **keys}
+    return BridgeConfig.model_validate(table)
 
 
 async def until(condition: Any) -> None:

@@ -41,17 +41,19 @@ async def test_figures_of_a_station_its_devices_and_its_cycle() -> None:
             with pytest.raises(achse.ams.DeviceError):
                 await client.read_raw(0x1234, 0, 4)
             built.step()
-            found = await scrape(running.metrics.port)
-        assert found["achse_connections"] == 1
-        assert found["achse_axes"] == 1
-        assert found["achse_axes_moving"] == found["achse_axes_in_error"] == 0
-        device = next(name for name in found if "'851'" in name).partition("[")[2]
-        assert found[f"achse_device_requests_total[{device}"] >= 3
-        assert found[f"achse_device_errors_total[{device}"] == 1
-        steps = [value for name, value in found.items() if name.startswith("achse_step_seconds_b")]
+            figures = await scrape(running.metrics.port)
+        assert figures["achse_connections"] == 1
+        assert figures["achse_axes"] == 1
+        assert figures["achse_axes_moving"] == figures["achse_axes_in_error"] == 0
+        device = next(name for name in figures if "'851'" in name).partition("[")[2]
+        assert figures[f"achse_device_requests_total[{device}"] >= 3
+        assert figures[f"achse_device_errors_total[{device}"] == 1
+        steps = [
+            value for name, value in figures.items() if name.startswith("achse_step_seconds_b")
+        ]
         assert steps == sorted(steps)
-        assert steps[-1] == found["achse_step_seconds_count"]
-        assert any(name.startswith("process_resident_memory_bytes") for name in found)
+        assert steps[-1] == figures["achse_step_seconds_count"]
+        assert any(name.startswith("process_resident_memory_bytes") for name in figures)
 
 
 async def test_without_a_port_there_is_none() -> None:
@@ -59,7 +61,7 @@ async def test_without_a_port_there_is_none() -> None:
         assert running.metrics.port == 0
 
 
-async def test_a_taken_port_is_told() -> None:
+async def test_a_taken_port_is_reported() -> None:
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = taken.getsockname()[1]
         built = Station(parse({"metrics": {"port": port}}, "a.toml"))

@@ -25,7 +25,7 @@ def test_each_row_makes_a_family_with_its_figure(figures: dict[str, int]) -> Non
 
 @given(st.lists(FIGURES))
 def test_each_thing_has_a_metric_with_its_labels(things: list[dict[str, str]]) -> None:
-    made = labelled_families(ROWS, things, ("name",), lambda each: (each["name"],))
-    for row, family in zip(ROWS, made, strict=True):
+    families = labelled_families(ROWS, things, ("name",), lambda each: (each["name"],))
+    for row, family in zip(ROWS, families, strict=True):
         samples = [(sample.labels["name"], sample.value) for sample in family.samples]
         assert samples == [(each["name"], each[row.key]) for each in things]

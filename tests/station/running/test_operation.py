@@ -39,7 +39,7 @@ def test_leaving_ends_the_cycle_and_leaves_no_task(speed: float) -> None:
 
 
 @pytest.mark.parametrize("speed", [math.inf, 50.0])
-def test_a_broken_phase_is_told(speed: float, caplog: pytest.LogCaptureFixture) -> None:
+def test_a_broken_phase_is_reported(speed: float, caplog: pytest.LogCaptureFixture) -> None:
     def broken(now: int) -> None:
         raise ArithmeticError(f"at {now}")
 

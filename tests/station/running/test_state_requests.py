@@ -52,11 +52,11 @@ class Watched:
 
     def phases(self) -> list[tuple[AdsState, int]]:
         """States with the milliseconds that each lasted, in order."""
-        found: list[tuple[AdsState, int]] = []
+        phases: list[tuple[AdsState, int]] = []
         for state in self.states:
-            last, length = found.pop() if found and found[-1][0] is state else (state, 0)
-            found.append((last, length + 1))
-        return found
+            last, length = phases.pop() if phases and phases[-1][0] is state else (state, 0)
+            phases.append((last, length + 1))
+        return phases
 
 
 def test_resets_faster_than_a_restart_do_not_keep_the_station_out_of_run() -> None:

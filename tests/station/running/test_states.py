@@ -42,7 +42,7 @@ def _router_error(client: Any) -> int:
     return int(client._frames.pop(frames).error)
 
 
-def test_in_config_plc_and_nc_are_gone_and_a_reset_brings_them_back_anew(watched: Watched) -> None:
+def test_in_config_plc_and_nc_are_gone_and_a_reset_brings_them_back_again(watched: Watched) -> None:
     station, plc, system = watched
     _control(plc, AdsState.STOP)
     plc.put(0x4020, 0, "<I", 0xAFFE)
@@ -119,7 +119,7 @@ def test_equal_restarts_give_equal_states() -> None:
     assert digests[0] == digests[1]
 
 
-def test_a_phase_that_somebody_added_goes_on_through_a_restart(watched: Watched) -> None:
+def test_an_added_phase_continues_through_a_restart(watched: Watched) -> None:
     calls: list[int] = []
     watched.station.cycle.add(CyclicPhase(PhasePlace.INPUTS, "mine", 100_000_000, calls.append))
     watched.station.restart()
@@ -136,7 +136,7 @@ def test_a_later_order_replaces_an_earlier_one(watched: Watched) -> None:
     assert watched.mode() == (AdsState.RUN, 1, 1)
 
 
-def test_a_shutdown_waits_for_its_delay_and_then_nobody_answers(watched: Watched) -> None:
+def test_a_shutdown_waits_for_its_delay_and_then_nothing_answers(watched: Watched) -> None:
     station, plc, system = watched
     _control(system, AdsState.SHUTDOWN, 0, b"\x02\0\0\0")
     station.advance(1.9)

@@ -28,7 +28,7 @@ def test_connections_handles_and_subscriptions_are_counted() -> None:
     assert figures["samples_late"] == 0
 
 
-def test_a_running_station_tells_how_it_keeps_up() -> None:
+def test_a_running_station_reports_how_it_keeps_up() -> None:
     with LiveStation(time=10.0) as station:
         station.advance(0.1)
         assert station.station.pace is not None
@@ -46,7 +46,7 @@ def test_what_limits_refuse_is_counted() -> None:
     assert (device["refused"], device["queued_bytes"], device["samples_dropped"]) == (1, 0, 0)
 
 
-def test_clients_are_listed_with_what_they_asked() -> None:
+def test_clients_are_listed_with_what_they_requested() -> None:
     with LiveStation(time="virtual") as station, station.connect() as plc:
         before = station.run(statistics, station.station)["clients"]
         for _ in range(5):
@@ -65,13 +65,13 @@ def test_clients_are_listed_with_what_they_asked() -> None:
 def test_a_client_in_this_process_is_listed_by_its_subscriptions() -> None:
     with LiveStation(time="virtual") as station:
         address = bytes.fromhex("0a0000010101") + (40_000).to_bytes(2, "little")
-        held = {address: 1}
+        subscriptions = {address: 1}
         device = station.station.devices[0]
         assert station.run(statistics, station.station)["clients"] == []
         with (
-            mock.patch.object(type(device.notifications), "clients", held),
+            mock.patch.object(type(device.notifications), "clients", subscriptions),
             mock.patch.object(
-                device.notifications, "subscriptions_of", lambda client: held[client]
+                device.notifications, "subscriptions_of", lambda client: subscriptions[client]
             ),
         ):
             [client] = station.run(statistics, station.station)["clients"]

@@ -18,11 +18,11 @@ def test_clients_are_answered_in_turns() -> None:
     segment = Segment([Slave(Drive()), Slave(Loopback()), Slave(Drive())])
     control = ControlPort(segment)
     host, port = control.open("127.0.0.1", 0)
-    found: list[Any] = []
+    states: list[Any] = []
 
     async def look() -> None:
         async with connect(TcpDialer(host, port), port=SERVICE_PORT, reconnect=False) as client:
-            found.append(json.loads(await client.read_raw(STATES, 0, 10_000)))
+            states.append(json.loads(await client.read_raw(STATES, 0, 10_000)))
 
     client = threading.Thread(target=lambda: asyncio.run(look()))
     client.start()
@@ -30,4 +30,4 @@ def test_clients_are_answered_in_turns() -> None:
         control.turn()
         client.join(0.001)
     control.close()
-    assert [each["name"] for each in found[0]] == ["Drive", "Loopback", "Drive"]
+    assert [each["name"] for each in states[0]] == ["Drive", "Loopback", "Drive"]

@@ -73,7 +73,7 @@ def test_behaviours_by_place(folder: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("specs", "behaviours", "told"),
+    ("specs", "behaviours", "message"),
     [
         (["XX"], [], "no device 'XX'"),
         (["DI8*0"], [], "expected 1 to 1000 slaves"),
@@ -87,10 +87,10 @@ def test_behaviours_by_place(folder: Path) -> None:
         (["DI8"], ["1=none.py:A"], "No such file"),
     ],
 )
-def test_line_that_cannot_be_is_told(
-    folder: Path, specs: list[str], behaviours: list[str], told: str
+def test_line_that_cannot_be_is_reported(
+    folder: Path, specs: list[str], behaviours: list[str], message: str
 ) -> None:
-    with pytest.raises(EsiError, match=told):
+    with pytest.raises(EsiError, match=message):
         EsiLine(specs, [folder], behaviours)
 
 

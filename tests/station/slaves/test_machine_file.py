@@ -56,7 +56,7 @@ def test_without_a_word_the_types_of_the_command_line_count() -> None:
 
 
 @pytest.mark.parametrize(
-    ("text", "told"),
+    ("text", "message"),
     [
         ("tpye = 'ac'", "tpye: no such key, there are motor"),
         ("type = 'steam'", "type: expected one of linear, direct, ac, got 'steam'"),
@@ -77,10 +77,10 @@ def test_without_a_word_the_types_of_the_command_line_count() -> None:
         ("[[drive]]\ntype = 1", "drive[1].type: expected one of"),
     ],
 )
-def test_a_fault_is_told(text: str, told: str, tmp_path: Path) -> None:
+def test_a_fault_is_reported(text: str, message: str, tmp_path: Path) -> None:
     with pytest.raises(ValueError) as fault:  # noqa: PT011  # whose text is looked at
         machines_of(parse_toml(text), ["ac"])
-    assert told in str(fault.value)
+    assert message in str(fault.value)
     file = tmp_path / "machine.toml"
     file.write_text(text)
     with pytest.raises(MachineFileError) as located:
@@ -88,7 +88,7 @@ def test_a_fault_is_told(text: str, told: str, tmp_path: Path) -> None:
     assert str(located.value) == f"{file}: {fault.value}"
 
 
-def test_what_is_not_toml_is_told(tmp_path: Path) -> None:
+def test_what_is_not_toml_is_reported(tmp_path: Path) -> None:
     file = tmp_path / "machine.toml"
     file.write_text("[[")
     with pytest.raises(MachineFileError, match=r"machine\.toml"):

@@ -74,14 +74,14 @@ def test_without_a_path_it_lasts_as_long_as_the_program() -> None:
         '{"1": {"6085:00": true}}',
     ],
 )
-def test_a_file_that_is_none_is_told(tmp_path: Path, text: str) -> None:
+def test_a_file_that_is_none_is_reported(tmp_path: Path, text: str) -> None:
     path = tmp_path / "kept.json"
     path.write_text(text)
     with pytest.raises(ParameterFileError, match=r"kept\.json: expected a table"):
         ParameterFile(path)
 
 
-def test_a_file_that_cannot_be_read_is_told(tmp_path: Path) -> None:
+def test_a_file_that_cannot_be_read_is_reported(tmp_path: Path) -> None:
     with pytest.raises(ParameterFileError):
         ParameterFile(tmp_path)
 

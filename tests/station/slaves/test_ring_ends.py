@@ -65,9 +65,9 @@ class Line:
 
 @pytest.fixture
 def line() -> Iterator[Line]:
-    made = Line()
-    yield made
-    made.link.close()
+    line = Line()
+    yield line
+    line.link.close()
 
 
 def test_frames_go_round_and_turn_where_a_link_is_away(line: Line) -> None:
