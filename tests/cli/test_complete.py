@@ -91,12 +91,12 @@ def test_shells_get_it(
     offered: list[str],
 ) -> None:
     """As the script of `achse --install-completion` asks."""
-    asked = {
+    request = {
         "_ACHSE_COMPLETE": f"complete_{shell}",
         "COMP_WORDS": words,
         "COMP_CWORD": str(len(words.split(" ")) - 1),
         "_TYPER_COMPLETE_ARGS": words,
         "_TYPER_COMPLETE_FISH_ACTION": "get-args",
     }
-    told = warm_commands.run(env=os.environ | environment | asked)
-    assert (told.stdout.split(), told.stderr) == (offered, "")
+    result = warm_commands.run(env=os.environ | environment | request)
+    assert (result.stdout.split(), result.stderr) == (offered, "")

@@ -32,7 +32,7 @@ from tests.warm_commands import WarmCommands
         ([], False),
     ],
 )
-def test_json_is_asked_for_before_the_two_dashes(words: list[str], wanted: bool) -> None:
+def test_json_is_requested_before_the_two_dashes(words: list[str], wanted: bool) -> None:
     assert wants_json(words) is wanted
 
 
@@ -57,10 +57,10 @@ def test_the_end_has_its_exit_code(capsys: pytest.CaptureFixture[str]) -> None:
 def test_the_first_refusal_has_the_code(capsys: pytest.CaptureFixture[str]) -> None:
     with errors_in_json(True), pytest.raises(typer.Exit):
         fail_by(DeviceError(0x710, "A"), DeviceError(0x706, "B"), hint="look there")
-    told = json.loads(capsys.readouterr().err)
-    assert (told["code"], told["name"]) == (0x710, "SYMBOL_NOT_FOUND")
-    assert told["message"].startswith("A: 0x710")
-    assert told["message"].endswith("; look there")
+    report = json.loads(capsys.readouterr().err)
+    assert (report["code"], report["name"]) == (0x710, "SYMBOL_NOT_FOUND")
+    assert report["message"].startswith("A: 0x710")
+    assert report["message"].endswith("; look there")
 
 
 @pytest.mark.parametrize(
@@ -114,7 +114,7 @@ def test_commands_work_where_the_encoding_is_ascii(warm_commands: WarmCommands, 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs a full device")
 @pytest.mark.parametrize("words", ["drive objects", "fault list --kinds --json", "--help"])
-def test_a_full_disk_behind_stdout_is_told(warm_commands: WarmCommands, words: str) -> None:
+def test_a_full_disk_behind_stdout_is_reported(warm_commands: WarmCommands, words: str) -> None:
     with open("/dev/full", "w") as full:
         run = warm_commands.run(*words.split(), stdout=full, real=words == "drive objects")
     assert run.returncode == 1

@@ -61,15 +61,15 @@ def test_a_file_that_is_read_only_stays(
 
 
 @pytest.mark.parametrize("name", ["missing/a.xml", "folder"])
-def test_what_cannot_be_written_is_told(
+def test_what_cannot_be_written_is_reported(
     tmp_path: Path, name: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     (tmp_path / "folder").mkdir()
     with pytest.raises(typer.Exit):
         write_file(tmp_path / name, b"1")
-    told = capsys.readouterr().err
-    assert told.startswith(str(tmp_path / name))
-    assert told.count("\n") == 1
+    stderr = capsys.readouterr().err
+    assert stderr.startswith(str(tmp_path / name))
+    assert stderr.count("\n") == 1
 
 
 def test_a_device_is_written_to(tmp_path: Path) -> None:

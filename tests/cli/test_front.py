@@ -16,7 +16,7 @@ def _run(*words: str) -> Any:
 
 
 @pytest.mark.parametrize(
-    ("words", "told"),
+    ("words", "message"),
     [
         (("ads", "state", "--colour", "--json"), "No such option: --colour"),
         (("adds", "--json"), "No such command 'adds'. Did you mean 'ads'?"),
@@ -39,15 +39,15 @@ def _run(*words: str) -> Any:
         (("run", "--tcp-port", "-1", "--json"), "expected at least 0"),
     ],
 )
-def test_an_error_of_the_command_line_is_an_object(words: tuple[str, ...], told: str) -> None:
+def test_an_error_of_the_command_line_is_an_object(words: tuple[str, ...], message: str) -> None:
     result = _run(*words)
     assert (result.exit_code, result.stdout) == (2, "")
     error = json.loads(result.stderr)
     assert (error["code"], error["name"]) == (None, "USAGE")
-    assert told in error["message"]
+    assert message in error["message"]
 
 
-def test_a_value_without_its_option_tells_the_options() -> None:
+def test_a_value_without_its_option_reports_the_options() -> None:
     for words, option in [
         (("axis", "move", "X", "100"), "--to"),
         (("ads", "write", "GVL.nInt", "1", "2"), "--port"),
@@ -57,19 +57,19 @@ def test_a_value_without_its_option_tells_the_options() -> None:
         assert option in error["message"].partition("options say what a value is: ")[2]
 
 
-def test_without_json_it_is_told_to_people() -> None:
+def test_without_json_it_is_a_text_for_people() -> None:
     result = _run("adds")
     assert result.exit_code == 2
     assert "Did you mean 'ads'" in result.stderr
 
 
 def test_a_refusal_is_an_object_of_code_name_and_message(cli: Callable[..., Any]) -> None:
-    told = json.loads(cli("ads", "read", "GVL.nothing", "--json", exit_code=1).stderr)
-    assert (told["code"], told["name"]) == (0x710, "SYMBOL_NOT_FOUND")
-    assert "GVL.nothing" in told["message"]
+    report = json.loads(cli("ads", "read", "GVL.nothing", "--json", exit_code=1).stderr)
+    assert (report["code"], report["name"]) == (0x710, "SYMBOL_NOT_FOUND")
+    assert "GVL.nothing" in report["message"]
 
 
-def test_the_version_is_told() -> None:
+def test_the_version_is_reported() -> None:
     assert _run("--version").stdout == f"achse {__version__}\n"
 
 

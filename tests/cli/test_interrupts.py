@@ -127,11 +127,11 @@ def test_ctrl_c_ends_a_recording_and_keeps_it(
         while station.time < begin + 0.3:
             pass
         process.send_signal(signal.SIGINT)
-        told, errors = process.communicate()
+        output, errors = process.communicate()
     assert (process.returncode, errors) == (0, "")
     samples = len(ScopeData.load(file)["MAIN.nCounter"])
     assert samples > 0
-    assert told == f"{file}: 1 channels, {samples} samples\n"
+    assert output == f"{file}: 1 channels, {samples} samples\n"
 
 
 EARLY = """
@@ -170,7 +170,7 @@ def test_nothing_else_is_loaded_before_ctrl_c_is_minded() -> None:
     assert done.stdout == "['achse', 'achse.__main__']\n"
 
 
-def test_the_job_ends_in_order_or_tells_which_signal_ended_it() -> None:
+def test_the_job_ends_in_order_or_reports_which_signal_ended_it() -> None:
     async def orderly() -> str:
         os.kill(os.getpid(), signal.SIGINT)
         try:
@@ -235,8 +235,8 @@ def test_a_terminal_that_closes_stops_the_axis_that_is_jogged(
         os.close(writer)
 
         def moving() -> bool:
-            told = warm_commands.run("axis", "show", "X", "--json", env=environment).stdout
-            [x] = json.loads(told)
+            stdout = warm_commands.run("axis", "show", "X", "--json", env=environment).stdout
+            [x] = json.loads(stdout)
             return "not moving" not in x["flags"]
 
         while not moving():
@@ -258,7 +258,7 @@ def test_under_nohup_a_program_stays() -> None:
 
 
 @pytest.mark.parametrize(
-    ("failure", "told"),
+    ("failure", "message"),
     [
         (None, ""),
         (ConfigError("router.host: expected an address"), "router.host: expected"),
@@ -267,7 +267,7 @@ def test_under_nohup_a_program_stays() -> None:
     ],
 )
 def test_server_ends_by_a_signal_or_says_why_it_cannot_start(
-    failure: Exception | None, told: str, capsys: pytest.CaptureFixture[str]
+    failure: Exception | None, message: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     async def until(stopped: asyncio.Event) -> None:
         if failure is not None:
@@ -278,5 +278,5 @@ def test_server_ends_by_a_signal_or_says_why_it_cannot_start(
     before = signal.getsignal(signal.SIGTERM)
     code = asyncio.run(serve(until, lambda why: f"cannot listen: {why}"))
     assert code == (failure is not None)
-    assert told in capsys.readouterr().err
+    assert message in capsys.readouterr().err
     assert signal.getsignal(signal.SIGTERM) is before

@@ -70,8 +70,8 @@ def test_of_one_kind_few_are_written_and_the_others_counted(
     lines = stream.getvalue().splitlines()
     assert lines.count("it happened") == 200
     assert "something else" in lines
-    told = [int(line.split()[0]) for line in lines if "were left out: too many" in line]
-    assert sum(told) + writer._left_out == 4800 == writer.dropped
+    counts = [int(line.split()[0]) for line in lines if "were left out: too many" in line]
+    assert sum(counts) + writer._left_out == 4800 == writer.dropped
 
 
 @given(st.lists(st.tuples(st.booleans(), st.integers(1, 5000)), max_size=40))
@@ -105,7 +105,7 @@ def test_whatever_is_logged_and_read_each_line_is_read_or_counted_and_room_is_bo
     assert seen + writer.dropped == lines
 
 
-def test_what_nobody_reads_is_dropped_counted_and_told() -> None:
+def test_what_no_client_reads_is_dropped_counted_and_reported() -> None:
     receive, send = os.pipe()
     with os.fdopen(receive, "rb", buffering=0) as reader, os.fdopen(send, "w") as stream:
         writer = unlimited(LogWriter(stream))
@@ -121,11 +121,11 @@ def test_what_nobody_reads_is_dropped_counted_and_told() -> None:
         lines = heard.decode().splitlines()
         numbers = [int(line[5:10]) for line in lines if line.startswith("line")]
         assert numbers == list(range(len(numbers)))
-        (told,) = re.findall(
+        (count,) = re.findall(
             r"(\d+) lines were dropped: the reader of the log stalled", heard.decode()
         )
         # What was logged while the reader came back may be among those that were dropped.
-        assert int(told) == writer.dropped
+        assert int(count) == writer.dropped
         assert 0 <= writer.dropped - (30_000 - len(numbers)) <= back
         writer.flush()
         writer.close()

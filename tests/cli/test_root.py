@@ -19,7 +19,7 @@ from achse.cli.start import run
 @pytest.mark.parametrize(
     "words", [("run", "--help"), ("run", "--speed"), ("run", "--nothing"), ("--version",)]
 )
-def test_it_is_told_the_same(words: tuple[str, ...]) -> None:
+def test_it_is_reported_the_same(words: tuple[str, ...]) -> None:
     alone = new_root()
     run.register(alone)
     outcomes = [CliRunner().invoke(each, words, prog_name="achse") for each in (app, alone)]
@@ -28,19 +28,19 @@ def test_it_is_told_the_same(words: tuple[str, ...]) -> None:
 
 
 def test_a_start_loads_no_other_commands() -> None:
-    asked = (
+    program = (
         "import sys, achse.cli as cli; cli._commands(['run']);"
         " print([name for name in sys.modules if name.startswith('achse.cli.ad')])"
     )
-    told = subprocess.run(
-        [sys.executable, "-c", asked], capture_output=True, text=True, env=os.environ
+    result = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, env=os.environ
     )
-    assert told.stdout.strip() == "[]", told.stderr
+    assert result.stdout.strip() == "[]", result.stderr
 
 
 def test_help_has_a_panel_for_each_command() -> None:
-    told = CliRunner().invoke(app, ["--help"]).stdout
-    places = [told.index(f"─ {panel} ─") for panel in PANELS]
+    stdout = CliRunner().invoke(app, ["--help"]).stdout
+    places = [stdout.index(f"─ {panel} ─") for panel in PANELS]
     assert places == sorted(places)
     commands = set(get_command(app).commands)  # type: ignore[attr-defined]
     assert commands == {name for names in PANELS.values() for name in names}

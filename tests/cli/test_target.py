@@ -11,7 +11,7 @@ import pytest
 from tests.warm_commands import PIPES, WarmCommands
 
 
-def test_nobody_listens(cli: Callable[..., Any]) -> None:
+def test_no_client_listens(cli: Callable[..., Any]) -> None:
     with socket.create_server(("127.0.0.1", 0)) as server:
         free = server.getsockname()[1]
     result = cli("ads", "state", "--tcp-port", str(free), exit_code=1)
@@ -21,13 +21,13 @@ def test_nobody_listens(cli: Callable[..., Any]) -> None:
     assert result.stderr.count("achse run --detach") == 1
 
 
-def test_what_can_be_no_host_name_is_told(cli: Callable[..., Any]) -> None:
+def test_what_can_be_no_host_name_is_reported(cli: Callable[..., Any]) -> None:
     result = cli("ads", "state", "--host", "a..b", exit_code=1)
     assert result.stderr.startswith("cannot connect to a..b:")
     assert result.stderr.count("\n") == 1
 
 
-def test_a_port_without_device_is_told_by_code_and_name(cli: Callable[..., Any]) -> None:
+def test_a_port_without_device_is_reported_by_code_and_name(cli: Callable[..., Any]) -> None:
     result = cli("ads", "state", "--port", "852", exit_code=1)
     assert "127.0.0.1.1.1:852" in result.stderr
     assert "0x6 TARGET_PORT_NOT_FOUND" in result.stderr
@@ -66,15 +66,15 @@ def test_a_watch_ends_cleanly_by_signal(
     ],
     ids=" ".join,
 )
-def test_ports_that_answer_are_told_where_one_is_not_there(
+def test_ports_that_answer_are_reported_where_one_is_not_there(
     cli: Callable[..., Any], words: tuple[str, ...]
 ) -> None:
     refusal = cli("ads", *words, exit_code=1).stderr
-    told = refusal.partition("ports that answer: ")[2].strip().split(", ")
-    assert {"500", "851", "10000", "26000"} <= set(told)
-    assert "852" not in told
+    ports = refusal.partition("ports that answer: ")[2].strip().split(", ")
+    assert {"500", "851", "10000", "26000"} <= set(ports)
+    assert "852" not in ports
 
 
-def test_a_station_without_a_bus_is_told(cli: Callable[..., Any]) -> None:
+def test_a_station_without_a_bus_is_reported(cli: Callable[..., Any]) -> None:
     refusal = cli("bus", "state", exit_code=1).stderr
     assert "this station has no bus; ports that answer: " in refusal

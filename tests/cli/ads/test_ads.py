@@ -18,8 +18,8 @@ def test_info(lines: Lines, document: Document) -> None:
     assert facts["name"] == "TwinCAT NC"
     assert facts["address"] == "127.0.0.1.1.1:500"
     assert facts["state"].startswith("RUN (5)")
-    told = document("ads", "state", "--identity", "--port", "500")
-    assert (told["name"], told["version"]) == (facts["name"], facts["version"])
+    report = document("ads", "state", "--identity", "--port", "500")
+    assert (report["name"], report["version"]) == (facts["name"], facts["version"])
 
 
 def test_a_plc_is_stopped_and_started(lines: Lines, document: Document) -> None:
@@ -121,18 +121,18 @@ def test_symbols_by_pattern_and_type(lines: Lines, document: Document) -> None:
     "words", [("read", "GVL.nIntt"), ("write", "GVL.nIntt", "5"), ("read", "--watch", "GVL.nIntt")]
 )
 def test_near_symbols_are_offered(cli: Callable[..., Any], words: tuple[str, ...]) -> None:
-    told = cli("ads", *words, exit_code=1).stderr
-    assert "0x710" in told
-    assert "not found; did you mean 'GVL.nInt'" in told
+    stderr = cli("ads", *words, exit_code=1).stderr
+    assert "0x710" in stderr
+    assert "not found; did you mean 'GVL.nInt'" in stderr
 
 
 def test_a_list_is_no_symbol_but_holds_some(cli: Callable[..., Any]) -> None:
-    told = cli("ads", "read", "GVL", exit_code=1).stderr
-    assert "not found; GVL holds " in told
-    assert "symbols: GVL.aInt, " in told
-    told = cli("ads", "read", "GVL.aInt[10]", "GVL.stPoint.fZ", exit_code=1).stderr
-    assert "not valid; index 10 is outside 0..9" in told
-    assert "ST_Point has no member 'fZ'; it has fX, fY, " in told
+    stderr = cli("ads", "read", "GVL", exit_code=1).stderr
+    assert "not found; GVL holds " in stderr
+    assert "symbols: GVL.aInt, " in stderr
+    stderr = cli("ads", "read", "GVL.aInt[10]", "GVL.stPoint.fZ", exit_code=1).stderr
+    assert "not valid; index 10 is outside 0..9" in stderr
+    assert "ST_Point has no member 'fZ'; it has fX, fY, " in stderr
 
 
 def test_of_a_symbol_that_is_there_none_is_offered(cli: Callable[..., Any]) -> None:
@@ -144,9 +144,11 @@ def test_of_a_symbol_that_is_there_none_is_offered(cli: Callable[..., Any]) -> N
 @pytest.mark.parametrize(
     ("joined", "words"), [("A,B", "A B"), ("M.a[1,2],M.b,", "M.a[1,2] M.b"), (" A , B", "A B")]
 )
-def test_names_in_one_word_are_told_apart(cli: Callable[..., Any], joined: str, words: str) -> None:
-    told = cli("ads", "read", joined, exit_code=2).stderr
-    assert f"names are separate words: {words};" in " ".join(told.replace("│", " ").split())
+def test_names_in_one_word_are_distinguished(
+    cli: Callable[..., Any], joined: str, words: str
+) -> None:
+    stderr = cli("ads", "read", joined, exit_code=2).stderr
+    assert f"names are separate words: {words};" in " ".join(stderr.replace("│", " ").split())
     assert "SYMBOL" in cli("ads", "read", "MAIN.a[1,2]", exit_code=1).stderr
 
 

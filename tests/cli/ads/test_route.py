@@ -32,9 +32,9 @@ def host(
         yield station.host
 
 
-def run(*arguments: str, exit_code: int = 0, given: str | None = None, **environment: str) -> Any:
+def run(*arguments: str, exit_code: int = 0, typed: str | None = None, **environment: str) -> Any:
     result = CliRunner().invoke(
-        app, arguments, env={"ACHSE_PASSWORD": None, "COLUMNS": "100", **environment}, input=given
+        app, arguments, env={"ACHSE_PASSWORD": None, "COLUMNS": "100", **environment}, input=typed
     )
     assert result.exit_code == exit_code, (result.output, result.exception)
     return result
@@ -46,10 +46,10 @@ PRESS = "press  5.9.9.9.1.1  10.0.0.9  one way, fragments of 1000 bytes"
 def test_a_route_is_added_listed_and_removed(host: str) -> None:
     assert run("ads", "route", "list", ACHSE_HOST=host).stdout.splitlines() == [PRESS]
     arguments = ("--name", "me", "--net-id", "192.0.2.7.1.1", "--address", "192.0.2.7")
-    told = run(
+    output = run(
         *("ads", "route", "add", "--host", host, *arguments, "--temporary", "--password", "1")
     ).stdout
-    assert told == f"me added at {host}: 192.0.2.7.1.1 is at 192.0.2.7\n"
+    assert output == f"me added at {host}: 192.0.2.7.1.1 is at 192.0.2.7\n"
     listed = run("ads", "route", "list", "--host", host).stdout.splitlines()
     assert listed[1].split() == ["me", "192.0.2.7.1.1", "192.0.2.7", "temporary"]
     refusal = run("ads", "route", "remove", "me", ACHSE_HOST=host, exit_code=1)
@@ -61,15 +61,15 @@ def test_a_route_is_added_listed_and_removed(host: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("name", "password", "told"),
+    ("name", "password", "message"),
     [
         ("press", "2", "removes no route, 0x704: wrong user or password"),
         ("press", "1", "removes no route, 0x723: routes of its configuration stay as they are"),
     ],
 )
-def test_what_is_not_removed(host: str, name: str, password: str, told: str) -> None:
+def test_what_is_not_removed(host: str, name: str, password: str, message: str) -> None:
     arguments = ("ads", "route", "remove", name, "--password", password)
-    assert told in run(*arguments, ACHSE_HOST=host, exit_code=1).stderr
+    assert message in run(*arguments, ACHSE_HOST=host, exit_code=1).stderr
 
 
 def test_over_ads_routes_are_removed_where_that_is_permitted(
@@ -83,8 +83,8 @@ def test_over_ads_routes_are_removed_where_that_is_permitted(
         remove = ("ads", "route", "remove", "me", "--json")
         assert json.loads(run(*remove, ACHSE_HOST=station.host).stdout) == {"removed": "me"}
         refusal = run(*remove, ACHSE_HOST=station.host, exit_code=1)
-        told = json.loads(refusal.stderr)["message"]
-        assert told == "no route is named 'me', see `achse ads route list`"
+        report = json.loads(refusal.stderr)["message"]
+        assert report == "no route is named 'me', see `achse ads route list`"
 
 
 def test_a_list_without_an_end_comes_to_one(host: str, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -106,47 +106,47 @@ def test_routes_as_json(host: str) -> None:
 
 
 def test_without_options_the_route_leads_to_us(host: str) -> None:
-    told = run("ads", "route", "add", ACHSE_HOST=host, ACHSE_PASSWORD="1").stdout
-    assert told.endswith(f"added at {host}: 127.0.0.1.1.2 is at 127.0.0.1\n")
-    run("ads", "route", "remove", told.split(" added")[0], ACHSE_HOST=host, ACHSE_PASSWORD="1")
+    stdout = run("ads", "route", "add", ACHSE_HOST=host, ACHSE_PASSWORD="1").stdout
+    assert stdout.endswith(f"added at {host}: 127.0.0.1.1.2 is at 127.0.0.1\n")
+    run("ads", "route", "remove", stdout.split(" added")[0], ACHSE_HOST=host, ACHSE_PASSWORD="1")
 
 
 def test_the_password_comes_from_a_pipe_too(host: str) -> None:
-    told = run("ads", "route", "add", "--host", host, given="falsch\n", exit_code=1)
-    assert f"{host} adds no route, 0x704: wrong user or password" in told.stderr
-    assert "falsch" not in told.output
-    told = run("ads", "route", "add", "--host", host, given="", exit_code=1)
-    assert told.stderr == "an empty password is none\n"
+    result = run("ads", "route", "add", "--host", host, typed="falsch\n", exit_code=1)
+    assert f"{host} adds no route, 0x704: wrong user or password" in result.stderr
+    assert "falsch" not in result.output
+    result = run("ads", "route", "add", "--host", host, typed="", exit_code=1)
+    assert result.stderr == "an empty password is none\n"
 
 
-def test_the_password_is_asked_for_at_a_terminal(monkeypatch: pytest.MonkeyPatch) -> None:
-    asked: list[tuple[str, dict[str, Any]]] = []
+def test_the_password_is_requested_at_a_terminal(monkeypatch: pytest.MonkeyPatch) -> None:
+    prompts: list[tuple[str, dict[str, Any]]] = []
 
     def prompt(text: str, **options: Any) -> str:
-        asked.append((text, options))
+        prompts.append((text, options))
         return "geheim"
 
     monkeypatch.setattr("typer.prompt", prompt)
     monkeypatch.setattr("sys.stdin", SimpleNamespace(isatty=lambda: True))
     assert route._password("Password of me") == "geheim"
-    assert asked == [("Password of me", {"hide_input": True, "confirmation_prompt": False})]
+    assert prompts == [("Password of me", {"hide_input": True, "confirmation_prompt": False})]
 
 
 @pytest.mark.parametrize(
-    ("arguments", "exit_code", "told"),
+    ("arguments", "exit_code", "message"),
     [
         (("--net-id", "1.2.3"), 2, "a NetId is six numbers"),
         (("--udp-port", "1", "--timeout", "0.05"), 1, "answers nothing at UDP port 1"),
         (("--host", "no.such.host.invalid"), 1, "no.such.host.invalid: "),
     ],
 )
-def test_what_cannot_be(arguments: tuple[str, ...], exit_code: int, told: str) -> None:
+def test_what_cannot_be(arguments: tuple[str, ...], exit_code: int, message: str) -> None:
     refusal = run("ads", "route", "add", *arguments, "--password", "1", exit_code=exit_code,
                   ACHSE_HOST="127.0.0.1")  # fmt: skip
-    assert told in refusal.stderr
+    assert message in refusal.stderr
 
 
 def test_a_password_is_hashed_from_a_pipe() -> None:
-    told = run("hash-password", given="geheim\n").stdout.strip()
-    assert PasswordHash.parse(told).matches("geheim")
-    assert "empty" in run("hash-password", given="\n", exit_code=1).stderr
+    stdout = run("hash-password", typed="geheim\n").stdout.strip()
+    assert PasswordHash.parse(stdout).matches("geheim")
+    assert "empty" in run("hash-password", typed="\n", exit_code=1).stderr

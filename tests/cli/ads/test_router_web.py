@@ -23,11 +23,11 @@ async def test_page_is_served_where_it_is_wanted(
 ) -> None:
     pytest.importorskip("starlette")
     web = {} if key is None else {"web": {"port": key}}
-    made = gateway({"host": "127.0.0.1:9", "net_id": NET_ID}, **web)
+    router = gateway({"host": "127.0.0.1:9", "net_id": NET_ID}, **web)
     process_log = ProcessLog()
     process_log.attach()
     try:
-        async with router_web(made, wanted, host, port, process_log) as server:
+        async with router_web(router, wanted, host, port, process_log) as server:
             assert (server is not None) == shown
             if server is not None:
                 assert server.url == f"http://{host or '127.0.0.1'}:{server.port}/"

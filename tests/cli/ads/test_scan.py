@@ -10,7 +10,7 @@ from achse.cli.app import app
 
 
 @pytest.fixture(scope="module")
-def found(
+def station(
     start_station: Callable[..., Any],
 ) -> Iterator[Any]:
     with start_station() as station:
@@ -26,27 +26,27 @@ def scan(*arguments: str, host: str = "", exit_code: int = 0) -> Any:
     return result
 
 
-def test_a_station_is_found_with_name_address_and_version(found: Any) -> None:
-    [line] = scan(found.host).stdout.splitlines()
-    assert line.split()[:4] == [found.net_id, "demo", found.host, "3.1.4024"]
+def test_a_station_is_found_with_name_address_and_version(station: Any) -> None:
+    [line] = scan(station.host).stdout.splitlines()
+    assert line.split()[:4] == [station.net_id, "demo", station.host, "3.1.4024"]
 
 
-def test_without_a_host_the_environment_says_where(found: Any) -> None:
-    [line] = scan(host=found.host).stdout.splitlines()
-    assert line.startswith(found.net_id)
+def test_without_a_host_the_environment_says_where(station: Any) -> None:
+    [line] = scan(host=station.host).stdout.splitlines()
+    assert line.startswith(station.net_id)
 
 
-def test_json(found: Any) -> None:
+def test_json(station: Any) -> None:
     import json
 
-    [facts] = json.loads(scan(found.host, "--json").stdout)
-    assert facts["net_id"] == found.net_id
+    [facts] = json.loads(scan(station.host, "--json").stdout)
+    assert facts["net_id"] == station.net_id
     assert facts["version"] == "3.1.4024"
 
 
-def test_where_nobody_answers_it_says_so() -> None:
-    told = scan("127.0.0.1", "--udp-port", "1", exit_code=1).stderr
-    assert told == "no answer at 127.0.0.1, UDP port 1\n"
+def test_without_an_answer_it_says_so() -> None:
+    stderr = scan("127.0.0.1", "--udp-port", "1", exit_code=1).stderr
+    assert stderr == "no answer at 127.0.0.1, UDP port 1\n"
 
 
 def test_an_unknown_host_is_named() -> None:

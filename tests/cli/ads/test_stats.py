@@ -35,7 +35,7 @@ def test_json(document: Callable[..., Any]) -> None:
     assert {(10_000,), (500, 501), (851,), (26_000,)} <= set(map(tuple, ports))
 
 
-def test_what_is_no_station_of_ours_is_told(cli: Callable[..., Any]) -> None:
+def test_what_is_no_station_of_ours_is_reported(cli: Callable[..., Any]) -> None:
     with FakeDevice().serving() as live:
         place = ("--host", live.host, "--tcp-port", str(live.tcp_port))
         refusal = cli("ads", "stats", *place, exit_code=1)

@@ -44,12 +44,12 @@ def test_enable_with_an_override_and_disable(lines: Lines, document: Document) -
     assert lines("axis", "disable", "Y")[0].endswith("Disabled")
 
 
-def test_a_move_is_told(lines: Lines) -> None:
+def test_a_move_is_reported(lines: Lines) -> None:
     lines("axis", "enable", "X")
-    [told] = lines("axis", "move", "X", "--to", "-50", "--velocity", "100")
-    assert told.startswith("X: 0.000 → -50.0")
-    assert "peak velocity" in told
-    assert "mm/s" in told
+    [line] = lines("axis", "move", "X", "--to", "-50", "--velocity", "100")
+    assert line.startswith("X: 0.000 → -50.0")
+    assert "peak velocity" in line
+    assert "mm/s" in line
 
 
 def test_a_move_is_drawn_on_demand(lines: Lines) -> None:
@@ -90,7 +90,7 @@ def test_the_time_of_a_move_is_that_of_its_profile(document: Document) -> None:
     assert moving == pytest.approx(profile, abs=0.021)
 
 
-def test_a_modulo_move_goes_the_way_asked_for(document: Document) -> None:
+def test_a_modulo_move_goes_the_way_requested(document: Document) -> None:
     document("axis", "enable", "C")
     there = document("axis", "move", "C", "--to", "90", "-v", "720", "--modulo", "+")
     back = document("axis", "move", "C", "--to", "80", "-v", "720", "--modulo", "-")
@@ -113,12 +113,12 @@ def test_an_endless_move_runs_until_it_is_stopped(lines: Lines, document: Docume
 
 def test_no_wait_gives_the_number_of_the_command(lines: Lines) -> None:
     lines("axis", "enable", "X")
-    [told] = lines("axis", "move", "X", "--by", "5", "-v", "10", "--no-wait")
-    assert told.startswith("X: command ")
+    [line] = lines("axis", "move", "X", "--by", "5", "-v", "10", "--no-wait")
+    assert line.startswith("X: command ")
     assert lines("axis", "stop", "X")[0].split()[1] == "X"
 
 
-def test_a_refused_move_is_told_by_name(cli: Cli) -> None:
+def test_a_refused_move_is_reported_by_name(cli: Cli) -> None:
     cli("axis", "disable", "X")
     result = cli("axis", "move", "X", "--to", "1", "-v", "10", exit_code=1)
     assert result.stdout == ""
@@ -166,8 +166,8 @@ def test_watch_prints_samples(lines: Lines, cli: Cli) -> None:
 
 
 def test_near_axes_are_offered(cli: Callable[..., Any]) -> None:
-    told = cli("axis", "show", "XX", exit_code=1).stderr
-    assert "no such axis" in told
+    stderr = cli("axis", "show", "XX", exit_code=1).stderr
+    assert "no such axis" in stderr
 
 
 def test_a_move_without_velocity_has_that_of_the_axis(
@@ -177,8 +177,8 @@ def test_a_move_without_velocity_has_that_of_the_axis(
     [shown] = list(document("axis", "show", "Y", "rapid_traverse_velocity"))
     [largest] = list(document("axis", "show", "Y", "max_velocity"))
     expected = min(shown["value"], largest["value"]) or largest["value"]
-    told, moved = lines("axis", "move", "Y", "--by", "50")
-    assert told.startswith(f"Y: {expected:g} mm/s, its ")
+    line, moved = lines("axis", "move", "Y", "--by", "50")
+    assert line.startswith(f"Y: {expected:g} mm/s, its ")
     assert moved.startswith("Y: ")
     course = document("axis", "move", "Y", "--by", "50")
     assert course["velocity"] == expected
@@ -186,5 +186,5 @@ def test_a_move_without_velocity_has_that_of_the_axis(
 
 def test_a_move_of_an_axis_without_enable_says_what_to_do(cli: Callable[..., Any]) -> None:
     cli("axis", "disable", "Y")
-    told = cli("axis", "move", "Y", "--to", "1", "--velocity", "10", exit_code=1).stderr
-    assert "motion; `achse axis enable` switches axes on" in told
+    stderr = cli("axis", "move", "Y", "--to", "1", "--velocity", "10", exit_code=1).stderr
+    assert "motion; `achse axis enable` switches axes on" in stderr

@@ -32,14 +32,14 @@ def test_values_and_cams_are_shown(lines: Lines, cli: Cli) -> None:
     assert document["parameters"]["box_address"] == 1
 
 
-def test_another_name_is_told(cli: Cli) -> None:
-    told = cli("camshaft", "show", "Pres", exit_code=1)
-    assert "no camshaft 'Pres', there are Press; did you mean 'Press'?" in told.stderr
+def test_another_name_is_reported(cli: Cli) -> None:
+    result = cli("camshaft", "show", "Pres", exit_code=1)
+    assert "no camshaft 'Pres', there are Press; did you mean 'Press'?" in result.stderr
 
 
 def test_changes_are_watched(lines: Lines, cli: Cli) -> None:
     assert camshaft.info.help
     [line] = lines("camshaft", "show", "--watch", "--count", "1")
     assert line.split()[1:] == ["Press", "-"]
-    told = json.loads(cli("camshaft", "show", "--watch", "--count", "1", "--json").stdout)
-    assert told["cams"] == 0
+    report = json.loads(cli("camshaft", "show", "--watch", "--count", "1", "--json").stdout)
+    assert report["cams"] == 0

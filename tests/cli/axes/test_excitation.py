@@ -50,7 +50,7 @@ def test_it_is_done_when_it_ends_by_itself() -> None:
     assert (excitation.is_finished, excitation.trouble) == (True, None)
 
 
-def test_somebody_else_stops_it() -> None:
+def test_another_client_stops_it() -> None:
     excitation = outcome()
     excitation.add(0.1, values(BUSY))
     excitation.add(0.2, values(STANDING | StateBit.HAS_BEEN_STOPPED))

@@ -15,10 +15,10 @@ def test_jog(
     cli: Callable[..., Any], document: Callable[..., Any], options: tuple[str, ...], velocity: float
 ) -> None:
     cli("axis", "enable", "X")
-    told = document("axis", "jog", "X", *options, "--for", "2")
-    assert told["done"]
-    assert told["peak_velocity"] == pytest.approx(abs(velocity), rel=0.02)
-    trace = told["trace"]["actual_velocity"]
+    report = document("axis", "jog", "X", *options, "--for", "2")
+    assert report["done"]
+    assert report["peak_velocity"] == pytest.approx(abs(velocity), rel=0.02)
+    trace = report["trace"]["actual_velocity"]
     assert max(trace, key=abs) * velocity > 0.0
     [status] = document("axis", "stop", "X")
     assert status["state"] == "Standstill"
@@ -27,16 +27,16 @@ def test_jog(
 def test_reverse(cli: Callable[..., Any], document: Callable[..., Any]) -> None:
     cli("axis", "enable", "X")
     cli("axis", "move", "X", "--to", "0", "--velocity", "1000")
-    told = document(
+    report = document(
         "axis", "excite", "X", "--between", "-20", "30", "--velocity", "100",
         "--pause", "0.2", "--for", "6", "--sample-time", "0.02",
     )  # fmt: skip
-    assert told["done"]
-    assert told["function"] == "start_reversing_positioning"
-    assert told["lowest"] == pytest.approx(-20.0, abs=0.5)
-    assert told["highest"] == pytest.approx(30.0, abs=0.5)
-    assert told["seconds"] > 5.8  # until it is at rest
-    assert told["end"] == told["trace"]["actual_position"][-1]
+    assert report["done"]
+    assert report["function"] == "start_reversing_positioning"
+    assert report["lowest"] == pytest.approx(-20.0, abs=0.5)
+    assert report["highest"] == pytest.approx(30.0, abs=0.5)
+    assert report["seconds"] > 5.8  # until it is at rest
+    assert report["end"] == report["trace"]["actual_position"][-1]
     [status] = document("axis", "stop", "X")
     assert status["state"] == "Standstill"
 
@@ -44,8 +44,8 @@ def test_reverse(cli: Callable[..., Any], document: Callable[..., Any]) -> None:
 def test_sine_ends_by_itself(lines: Callable[..., list[str]]) -> None:
     lines("axis", "enable", "Y")
     begin = 0.0
-    [told] = lines("axis", "excite", "Y", "--amplitude", "50", "--frequency", "1", "--for", "3")
-    words = told.split()
+    [line] = lines("axis", "excite", "Y", "--amplitude", "50", "--frequency", "1", "--for", "3")
+    words = line.split()
     assert words[0] == "Y:"
     assert float(words[1]) == pytest.approx(begin, abs=0.5)
     assert float(words[3]) == pytest.approx(begin + 50.0 / pi, abs=0.5)
@@ -54,22 +54,22 @@ def test_sine_ends_by_itself(lines: Callable[..., list[str]]) -> None:
 
 def test_a_sweep(document: Callable[..., Any], cli: Callable[..., Any]) -> None:
     cli("axis", "enable", "Y")
-    told = document(
+    report = document(
         "axis", "excite", "Y", "--amplitude", "20", "--frequency", "1", "--signal", "2",
         "--sweep", "5", "50", "--for", "2",
     )  # fmt: skip
-    assert told["done"]
-    assert told["peak_velocity"] > 20.0
+    assert report["done"]
+    assert report["peak_velocity"] > 20.0
 
 
 def test_torque_keeps_its_velocity_limit(
     cli: Callable[..., Any], document: Callable[..., Any]
 ) -> None:
     cli("axis", "enable", "C")
-    told = document("axis", "excite", "C", "--torque", "-5", "--limit", "90", "--for", "3")
-    assert told["done"]
-    assert told["peak_velocity"] == pytest.approx(90.0, rel=0.02)
-    assert told["lowest"] < told["highest"] - 90.0
+    report = document("axis", "excite", "C", "--torque", "-5", "--limit", "90", "--for", "3")
+    assert report["done"]
+    assert report["peak_velocity"] == pytest.approx(90.0, rel=0.02)
+    assert report["lowest"] < report["highest"] - 90.0
     [status] = document("axis", "stop", "C")
     assert status["state"] == "Standstill"
 
@@ -90,7 +90,7 @@ def test_one_way_of_excitation_is_needed(
     assert complaint in " ".join(refusal.replace("│", " ").split())
 
 
-def test_a_refusal_is_told_by_name(cli: Callable[..., Any]) -> None:
+def test_a_refusal_is_reported_by_name(cli: Callable[..., Any]) -> None:
     cli("axis", "disable", "C")
     result = cli("axis", "excite", "C", "--torque", "5", "--limit", "90", exit_code=1)
     assert "C, start torque control: 0x4260 CONTROLLER_ENABLE_MISSING" in result.stderr

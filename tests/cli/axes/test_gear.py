@@ -13,8 +13,8 @@ Cli = Callable[..., Any]
 def test_a_gear_and_its_end(lines: Lines, document: Document) -> None:
     lines("axis", "enable", "X", "Y")
     lines("axis", "move", "X", "--to", "10", "-v", "200")
-    [told] = lines("axis", "couple", "Y", "X", "-0.5")
-    assert told.startswith("Y: follows X by a gear of -0.5")
+    [line] = lines("axis", "couple", "Y", "X", "-0.5")
+    assert line.startswith("Y: follows X by a gear of -0.5")
     [before] = document("axis", "show", "Y")
     lines("axis", "move", "X", "--by", "10", "-v", "200")
     [after] = document("axis", "show", "Y")

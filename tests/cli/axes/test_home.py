@@ -74,10 +74,10 @@ def test_an_error_and_an_interruption() -> None:
 
 
 def test_the_application_is_waited_for() -> None:
-    asked = {"operation_mode_and_cycle": OperationModeBit.APPLICATION_REQUEST}
+    requested = {"operation_mode_and_cycle": OperationModeBit.APPLICATION_REQUEST}
     homing = outcome()
-    homing.add(0.1, values(STANDING, **asked))
-    homing.add(60.0, values(STANDING, **asked))
+    homing.add(0.1, values(STANDING, **requested))
+    homing.add(60.0, values(STANDING, **requested))
     assert (homing.is_finished, homing.trouble) == (False, None)
     homing.add(61.0, values(STANDING | StateBit.HOMED))
     assert homing.is_finished
@@ -85,11 +85,11 @@ def test_the_application_is_waited_for() -> None:
 
 def test_the_demo_axis_homes(lines: Callable[..., list[str]], document: Callable[..., Any]) -> None:
     lines("axis", "enable", "X")
-    told = lines("axis", "home", "X")
-    assert [line.split(" s  ")[1] for line in told[:-1]][-3:] == [
+    output = lines("axis", "home", "X")
+    assert [line.split(" s  ")[1] for line in output[:-1]][-3:] == [
         "leave cam", "await cam off", "set position",
     ]  # fmt: skip
-    assert told[-1].startswith("X: homed in ")
+    assert output[-1].startswith("X: homed in ")
     again = document("axis", "home", "X")
     assert again["done"]
     [status] = document("axis", "show", "X")
@@ -107,6 +107,6 @@ def test_homing_is_refused_by_name(cli: Callable[..., Any]) -> None:
 
 def test_no_wait(lines: Callable[..., list[str]]) -> None:
     lines("axis", "enable", "C")
-    [told] = lines("axis", "home", "C", "--no-wait")
-    assert told.endswith("Homing")
+    [line] = lines("axis", "home", "C", "--no-wait")
+    assert line.endswith("Homing")
     assert lines("axis", "stop", "C")[0].split()[1] == "C"

@@ -56,7 +56,7 @@ def test_a_move_goes_on_until_the_axis_is_in_its_window() -> None:
     ("watched", "flag"),
     [(OperationModeBit.POSITION_AREA_MONITORING, StateBit.IN_POSITION_AREA), (0, 0)],
 )
-def test_windows_that_nobody_watches_do_not_count(watched: int, flag: int) -> None:
+def test_windows_that_no_client_watches_do_not_count(watched: int, flag: int) -> None:
     outcome = _verdict()
     outcome.add(0.1, _values(STANDING | flag, operation_mode_and_cycle=watched))
     assert outcome.is_finished
@@ -70,7 +70,7 @@ def test_an_endless_move_is_done_at_its_velocity() -> None:
     assert outcome.is_finished
 
 
-def test_an_error_is_told_by_code_name_and_place() -> None:
+def test_an_error_is_reported_by_code_name_and_place() -> None:
     outcome = _verdict()
     code = NcError.FOLLOWING_ERROR_POSITION.number
     outcome.add(0.1, _values(StateBit.ERROR, error_code=code))
@@ -79,7 +79,7 @@ def test_an_error_is_told_by_code_name_and_place() -> None:
     assert outcome.trouble.endswith("At 50.0000 mm.")
 
 
-def test_a_stop_by_somebody_else() -> None:
+def test_a_stop_by_another_client() -> None:
     outcome = _verdict()
     outcome.add(0.1, _values(MOVING | StateBit.HAS_BEEN_STOPPED))
     assert outcome.trouble is None
@@ -152,13 +152,13 @@ def test_ctrl_c_stops_the_axis_and_says_where(
     assert course["trace"]["set_velocity"][-1] == 0.0
 
 
-def test_where_nobody_looks_a_line_now_and_then_shows_how_far_it_is(
+def test_without_a_terminal_a_line_now_and_then_shows_how_far_it_is(
     cli: Callable[..., Any],
 ) -> None:
     cli("axis", "enable", "Y")
-    told = cli("axis", "move", "Y", "--by", "1200", "--velocity", "100")
-    shown = told.stderr.splitlines()
+    result = cli("axis", "move", "Y", "--by", "1200", "--velocity", "100")
+    shown = result.stderr.splitlines()
     assert len(shown) in (1, 2)  # each 5 s of the axis' time
     assert all(line.startswith("Y: ") and line.endswith(" mm/s") for line in shown)
-    assert told.stdout.count("\n") == 1
+    assert result.stdout.count("\n") == 1
     assert cli("axis", "move", "Y", "--by", "-1200", "-v", "100", "--json").stderr == ""

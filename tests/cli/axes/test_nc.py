@@ -52,7 +52,7 @@ def test_axes_are_chosen_by_id_or_name(
 
 
 @pytest.mark.parametrize("wanted", ["Q", "0", "256", "70000"])
-def test_what_can_be_no_axis_is_told_with_those_there_are(
+def test_what_can_be_no_axis_is_reported_with_those_there_are(
     ask: Callable[..., Any], wanted: str
 ) -> None:
     with pytest.raises(UnknownAxis, match="1 X, 2 Y, 3 C"):

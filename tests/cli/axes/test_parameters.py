@@ -38,8 +38,8 @@ def test_names_and_patterns_choose(lines: Lines) -> None:
         ["jog_velocity_fast", "600", "mm/s"],
         ["override_type", "1", "REDUCED"],
     ]
-    [told] = lines("axis", "show", "Y", "override_type")
-    assert told.endswith("(1=REDUCED, 2=ORIGINAL, 3=REDUCED_ITERATED, 4=ORIGINAL_ITERATED)")
+    [row] = lines("axis", "show", "Y", "override_type")
+    assert row.endswith("(1=REDUCED, 2=ORIGINAL, 3=REDUCED_ITERATED, 4=ORIGINAL_ITERATED)")
 
 
 @pytest.mark.parametrize(
@@ -57,9 +57,9 @@ def test_set_shows_what_is_then(
 ) -> None:
     cli("axis", "disable", "X")
     [before] = document("axis", "show", "X", name)
-    told = document("axis", "set", "X", name, text)
-    assert told == before | {"value": value}
-    assert document("axis", "show", "X", name) == [told]
+    report = document("axis", "set", "X", name, text)
+    assert report == before | {"value": value}
+    assert document("axis", "show", "X", name) == [report]
     cli("axis", "set", "X", name, str(before["value"]))
 
 
@@ -73,7 +73,7 @@ def test_the_nc_refuses_and_the_row_says_what_is_expected(cli: Cli) -> None:
 
 
 @pytest.mark.parametrize(
-    ("words", "code", "told"),
+    ("words", "code", "message"),
     [
         (("set", "X", "max_velocty", "1"), 1, "did you mean max_velocity"),
         (("set", "X", "set_position", "1"), 1, "set_position is for reading only"),
@@ -87,6 +87,6 @@ def test_the_nc_refuses_and_the_row_says_what_is_expected(cli: Cli) -> None:
         (("set", "X", "max_velocity", "1", "--element", "1"), 1, "no max_velocity"),
     ],
 )
-def test_mistakes_are_told(cli: Cli, words: tuple[str, ...], code: int, told: str) -> None:
+def test_mistakes_are_reported(cli: Cli, words: tuple[str, ...], code: int, message: str) -> None:
     result = cli("axis", *words, exit_code=code)
-    assert told in " ".join(result.stderr.replace("│", " ").split())
+    assert message in " ".join(result.stderr.replace("│", " ").split())

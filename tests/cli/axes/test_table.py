@@ -43,28 +43,28 @@ def test_from_a_file_and_back(lines: Lines, document: Document, file: Path, tmp_
 
 def test_checks_of_a_table_of_the_nc(cli: Cli, file: Path) -> None:
     cli("table", "import", "77", str(file), "--replace")
-    found = json.loads(
+    report = json.loads(
         cli(
             "table", "check", "77", "-v", "720", "--max-velocity", "700", "--json", exit_code=1
         ).stdout
     )
-    assert found["extremes"]["velocity"]["most"] == pytest.approx(750.0)
-    assert [each["quantity"] for each in found["violations"]] == ["velocity"]
-    assert not found["ok"]
-    told = cli("table", "check", "77", "-v", "1e6", "--axis", "X", exit_code=1).stdout
-    assert "velocity" in told
-    assert "is beyond its limit" in told
+    assert report["extremes"]["velocity"]["most"] == pytest.approx(750.0)
+    assert [each["quantity"] for each in report["violations"]] == ["velocity"]
+    assert not report["ok"]
+    stdout = cli("table", "check", "77", "-v", "1e6", "--axis", "X", exit_code=1).stdout
+    assert "velocity" in stdout
+    assert "is beyond its limit" in stdout
     cli("table", "check", "77", "-v", "0.001", "--axis", "X", "--max-position", "200")
 
 
 def test_a_file_needs_no_station(cli: Cli, file: Path) -> None:
-    told = cli("table", "check", str(file), "--tcp-port", "1").stdout
-    assert told.splitlines()[1].split()[0] == "velocity"
+    stdout = cli("table", "check", str(file), "--tcp-port", "1").stdout
+    assert stdout.splitlines()[1].split()[0] == "velocity"
     drawing = ("table", "check", str(file), "--tcp-port", "1", "--plot")
     drawn = cli(*drawing, "--max-velocity", "0.1", exit_code=1).stdout
     assert "beyond its limit" in drawn
-    found = json.loads(cli(*drawing, "--json").stdout)
-    assert len(found["jerk"]) == len(found["master"])
+    report = json.loads(cli(*drawing, "--json").stdout)
+    assert len(report["jerk"]) == len(report["master"])
 
 
 def test_pictures(cli: Cli, file: Path, tmp_path: Path) -> None:

@@ -18,18 +18,18 @@ def curve(velocity: float = 720.0) -> Curve:
 
 def test_extremes_are_those_of_the_law() -> None:
     """POLY5, 0 … 180 → 100 at 720."""
-    found = curve().extremes
-    assert found[0] == pytest.approx((0.0, 100.0))
-    assert found[1] == pytest.approx((0.0, 750.0), abs=1e-9)
-    assert found[2] == pytest.approx((-9237.604307034, 9237.604307034))
-    assert found[3] == pytest.approx((-192000.0, 384000.0))
+    extremes = curve().extremes
+    assert extremes[0] == pytest.approx((0.0, 100.0))
+    assert extremes[1] == pytest.approx((0.0, 750.0), abs=1e-9)
+    assert extremes[2] == pytest.approx((-9237.604307034, 9237.604307034))
+    assert extremes[3] == pytest.approx((-192000.0, 384000.0))
 
 
 def test_limits_that_hold_and_limits_that_do_not() -> None:
-    found = curve()
-    assert found.violations(SlaveLimits()) == []
-    assert found.violations(SlaveLimits(0.0, 100.0, 750.0, 9237.7, 384000.0)) == []
-    broken = found.violations(SlaveLimits(1.0, 99.0, 700.0, 9000.0, 300000.0))
+    laws = curve()
+    assert laws.violations(SlaveLimits()) == []
+    assert laws.violations(SlaveLimits(0.0, 100.0, 750.0, 9237.7, 384000.0)) == []
+    broken = laws.violations(SlaveLimits(1.0, 99.0, 700.0, 9000.0, 300000.0))
     assert [(each.quantity, each.limit) for each in broken] == [
         ("position", 1.0),
         ("position", 99.0),
@@ -44,8 +44,8 @@ def test_limits_that_hold_and_limits_that_do_not() -> None:
 
 def test_spans_are_apart() -> None:
     rows = [(0.0, 0.0), (10.0, 10.0), (20.0, 10.0), (30.0, 20.0)]
-    found = curve_of(rows, CamInterpolation.LINEAR, False, 1.0)
-    [broken] = found.violations(SlaveLimits(max_velocity=0.5))
+    law = curve_of(rows, CamInterpolation.LINEAR, False, 1.0)
+    [broken] = law.violations(SlaveLimits(max_velocity=0.5))
     assert len(broken.spans) == 2
     assert broken.spans[0][1] <= 10.0 <= 20.0 <= broken.spans[1][0]
 

@@ -52,7 +52,7 @@ def up(lines: Lines) -> list[str]:
     raise AssertionError(shown)
 
 
-def test_states_are_shown_and_asked_for(lines: Lines, cli: Cli) -> None:
+def test_states_are_shown_and_requested(lines: Lines, cli: Cli) -> None:
     assert bus.info.help
     assert up(lines)[1:] == ["1001  OP  no fault", "1002  OP  no fault"]
     lines("bus", "state", "1002", "safeop")
@@ -88,8 +88,8 @@ def test_objects_are_read_and_written(lines: Lines, cli: Cli) -> None:
         "1000:00 = 0xC0DE0001 3235774465 (-1059192831)"
     ]
     assert lines("bus", "sdo", "1001", "0x2000", "-2", "--size", "1") == ["2000:00 = 0xFE 254 (-2)"]
-    told = json.loads(cli("bus", "sdo", "1001", "0x1018:2", "--json").stdout)
-    assert (told["value"], told["index"]) == (0x100B, "0x1018")
+    report = json.loads(cli("bus", "sdo", "1001", "0x1018:2", "--json").stdout)
+    assert (report["value"], report["index"]) == (0x100B, "0x1018")
     assert lines("bus", "sdo", "1001", "0x1018", "--complete")[0].startswith("0000")
     assert cli("bus", "sdo", "1001", "0x5FFF", exit_code=1).stderr
     assert cli("bus", "sdo", "1001", "x", exit_code=2).stderr
@@ -124,8 +124,8 @@ def test_files_are_read_and_written(
     monkeypatch.setitem(services, MailboxProtocol.FOE, files.answer)
     saved, new = tmp_path / "saved", tmp_path / "new"
     new.write_bytes(b"new")
-    told = lines("bus", "file", "1001", "firmware.bin", "-o", str(saved), "--password", "7")
-    assert told == ["firmware.bin: 51200 bytes read"]
+    output = lines("bus", "file", "1001", "firmware.bin", "-o", str(saved), "--password", "7")
+    assert output == ["firmware.bin: 51200 bytes read"]
     assert saved.read_bytes() == drive.firmware.content
 
     def answer(data: bytes) -> Iterable[bytes] | int:

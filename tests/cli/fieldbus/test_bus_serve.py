@@ -71,21 +71,21 @@ def test_channels_are_set_read_and_listed(achse: Achse) -> None:
 
 
 @pytest.mark.parametrize(
-    ("arguments", "code", "told"),
+    ("arguments", "code", "message"),
     [
         (("channel", "Valve", "1", "-s", "3"), 1, "is an output of AIO"),
         (("channel", "Nothing"), 1, "no channel 'Nothing'"),
         (("channel", "Level", "much", "-s", "3"), 2, "a number, true or false"),
     ],
 )
-def test_channel_that_cannot_be_is_told(
-    achse: Achse, arguments: tuple[str, ...], code: int, told: str
+def test_channel_that_cannot_be_is_reported(
+    achse: Achse, arguments: tuple[str, ...], code: int, message: str
 ) -> None:
-    assert told in achse(*arguments, exit_code=code).stderr
+    assert message in achse(*arguments, exit_code=code).stderr
 
 
 @pytest.mark.parametrize(
-    ("options", "code", "told"),
+    ("options", "code", "message"),
     [
         (("DI9",), 1, "no device 'DI9' in the ESI files; there are: DI8"),
         (("DI8", "--behaviour", "1=x"), 1, "expected loop-back"),
@@ -94,11 +94,11 @@ def test_channel_that_cannot_be_is_told(
         (("DI8",), 2, "say where"),
     ],
 )
-def test_line_that_cannot_be_is_told(
-    folder: Path, options: tuple[str, ...], code: int, told: str
+def test_line_that_cannot_be_is_reported(
+    folder: Path, options: tuple[str, ...], code: int, message: str
 ) -> None:
     command = ["bus", "serve", *options, "--esi", str(folder), "--control", "none"]
     if "--control" in options:
         command = command[:-2]
     result = CliRunner().invoke(app, command)
-    assert (result.exit_code, told in result.stderr) == (code, True), result.stderr
+    assert (result.exit_code, message in result.stderr) == (code, True), result.stderr

@@ -47,10 +47,10 @@ def serving(
         run.communicate()
 
 
-def test_masters_find_as_many_drives_over_udp_as_asked_for(serving: Callable[..., Any]) -> None:
-    _, told = serving("--udp", "127.0.0.1:0", "--count", "3", "--type", "linear")
-    assert (told["drives"], told["type"]) == ("3", "linear")
-    host, _, port = told["udp"].rpartition(":")
+def test_masters_find_as_many_drives_over_udp_as_requested(serving: Callable[..., Any]) -> None:
+    _, facts = serving("--udp", "127.0.0.1:0", "--count", "3", "--type", "linear")
+    assert (facts["drives"], facts["type"]) == ("3", "linear")
+    host, _, port = facts["udp"].rpartition(":")
     brd_type = struct.pack("<BBHHHH", 7, 1, 0, 0, 1, 0) + bytes(3)
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as master:
         master.sendto(struct.pack("<H", 0x1000 | len(brd_type)) + brd_type, (host, int(port)))
@@ -93,7 +93,7 @@ def test_options_that_make_no_sense(options: tuple[str, ...], complaint: str) ->
     assert complaint in _achse("serve", *options, exit_code=2).stderr
 
 
-def test_a_missing_privilege_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_missing_privilege_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
     def refuse(*_: object) -> None:
         raise PermissionError
 
@@ -103,7 +103,7 @@ def test_a_missing_privilege_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
     assert "lo needs CAP_NET_RAW" in line
 
 
-def test_a_port_that_is_taken_is_told() -> None:
+def test_a_port_that_is_taken_is_reported() -> None:
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as taken:
         taken.bind(("127.0.0.1", 0))
         where = f"127.0.0.1:{taken.getsockname()[1]}"
@@ -133,14 +133,14 @@ def test_frames_may_be_the_clock(serving: Callable[..., Any], tmp_path: Path) ->
     """A fault after 50 ms waits for five frames of 10 ms each, however long that takes."""
     script = tmp_path / "faults.toml"
     script.write_text("[[fault]]\nkind = 'sto'\nat = 0.05\n")
-    _, told = serving("--udp", "127.0.0.1:0", "--frame-clock", "10", "--faults", str(script))
-    environment = {"ACHSE_CONTROL_PORT": told["control"].rpartition(":")[2]}
+    _, facts = serving("--udp", "127.0.0.1:0", "--frame-clock", "10", "--faults", str(script))
+    environment = {"ACHSE_CONTROL_PORT": facts["control"].rpartition(":")[2]}
 
     def state() -> str:
         listed = CliRunner().invoke(app, ["fault", "list", "--served", "--json"], env=environment)
         return str(json.loads(listed.stdout)[0]["state"])
 
-    host, _, port = told["udp"].rpartition(":")
+    host, _, port = facts["udp"].rpartition(":")
     lrw = struct.pack("<BBIHH", 12, 0, 0, 8, 0) + bytes(10)
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as master:
         for _ in range(5):
@@ -151,21 +151,21 @@ def test_frames_may_be_the_clock(serving: Callable[..., Any], tmp_path: Path) ->
         pass
 
 
-def test_a_control_port_that_is_taken_is_told_and_the_drives_are_served(
+def test_a_control_port_that_is_taken_is_reported_and_the_drives_are_served(
     serving: Callable[..., Any],
 ) -> None:
     with socket.create_server(("127.0.0.1", 0)) as taken:
         where = f"127.0.0.1:{taken.getsockname()[1]}"
-        run, told = serving("--udp", "127.0.0.1:0", "--control", where)
-    assert told["control"] == "none"
+        run, facts = serving("--udp", "127.0.0.1:0", "--control", where)
+    assert facts["control"] == "none"
     run.terminate()
     _, errors = run.communicate()
     assert where in errors
 
 
 def test_each_drive_has_its_type_and_alias(serving: Callable[..., Any]) -> None:
-    _, told = serving("--udp", "127.0.0.1:0", "--type", "linear,ac", "--alias", "16")
-    assert (told["drives"], told["type"]) == ("2", "linear,ac")
+    _, facts = serving("--udp", "127.0.0.1:0", "--type", "linear,ac", "--alias", "16")
+    assert (facts["drives"], facts["type"]) == ("2", "linear,ac")
 
 
 def test_the_sii_image_is_what_the_slave_holds(tmp_path: Path) -> None:
@@ -217,12 +217,12 @@ def test_a_machine_file_and_the_preset(serving: Callable[..., Any], tmp_path: Pa
     assert run.wait() == 0
 
 
-def test_a_machine_file_with_a_fault_is_told(tmp_path: Path) -> None:
+def test_a_machine_file_with_a_fault_is_reported(tmp_path: Path) -> None:
     file = tmp_path / "machine.toml"
     file.write_text("[switches]\nhme = [0, 100]\n")
-    told = _achse("serve", "--udp", "127.0.0.1:0", "--machine", str(file), exit_code=1).stderr
-    assert f"{file}: switches.hme: no such key" in told
-    assert "did you mean 'home'" in told
+    stderr = _achse("serve", "--udp", "127.0.0.1:0", "--machine", str(file), exit_code=1).stderr
+    assert f"{file}: switches.hme: no such key" in stderr
+    assert "did you mean 'home'" in stderr
 
 
 def test_the_description_follows_the_preset() -> None:

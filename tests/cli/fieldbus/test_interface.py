@@ -57,8 +57,8 @@ def test_an_interface_is_scanned(
     lines("bus", "scan", "--interface", "cable0", "--eni", str(file), "--esi", str(esi))
     assert read_eni(file.read_bytes()).slaves[0].clock is None  # FreeRun is its first mode
     esi.write_text("<a/>")
-    told = cli("bus", "scan", "--interface", "cable0", "--esi", str(esi), exit_code=1).stderr
-    assert "expected EtherCATInfo, the root is a" in told
+    stderr = cli("bus", "scan", "--interface", "cable0", "--esi", str(esi), exit_code=1).stderr
+    assert "expected EtherCATInfo, the root is a" in stderr
     document = json.loads(cli("bus", "scan", "--interface", "cable0", "--json").stdout)
     assert [each["output_bits"] for each in document] == [32, 32]
     assert "no interface eth9" in cli("bus", "scan", "--interface", "eth9", exit_code=1).stderr

@@ -73,8 +73,8 @@ def test_an_object_by_its_name(entry: str, same: str) -> None:
     ],
 )
 def test_near_names_of_objects_are_offered(words: tuple[str, ...], code: int, hint: str) -> None:
-    told = _achse(*words, exit_code=code).stderr
-    assert hint in " ".join(told.replace("│", " ").split())
+    stderr = _achse(*words, exit_code=code).stderr
+    assert hint in " ".join(stderr.replace("│", " ").split())
 
 
 def test_the_list_can_be_searched_by_name() -> None:

@@ -32,8 +32,8 @@ def port(tmp_path_factory: pytest.TempPathFactory, warm_commands: WarmCommands) 
     script.write_text(FAULTS)
     with warm_commands.popen(*SERVE, "--faults", str(script), stdout=subprocess.PIPE) as run:
         assert run.stdout is not None
-        told = dict(word.split("=") for word in run.stdout.readline().split()[3:])
-        yield told["control"].rpartition(":")[2]
+        stdout = dict(word.split("=") for word in run.stdout.readline().split()[3:])
+        yield stdout["control"].rpartition(":")[2]
         run.terminate()
         assert run.wait() == 0
 
@@ -52,15 +52,15 @@ def achse(port: str) -> Achse:
 def test_an_object_is_read_and_written(achse: Achse) -> None:
     assert achse("bus", "sdo", "2", "6085", "123456", "--served").stdout == "6085:00 = 123456\n"
     assert achse("bus", "sdo", "2", "6085:0", "--served").stdout == "6085:00 = 123456\n"
-    told = json.loads(achse("bus", "sdo", "2", "6085", "--served", "--json").stdout)
-    assert told == {"index": "0x6085", "subindex": 0, "value": 123456}
+    report = json.loads(achse("bus", "sdo", "2", "6085", "--served", "--json").stdout)
+    assert report == {"index": "0x6085", "subindex": 0, "value": 123456}
     assert (
         json.loads(achse("bus", "sdo", "1", "6085", "--json", "--served").stdout)["value"] != 123456
     )
 
 
 @pytest.mark.parametrize(
-    ("arguments", "code", "told"),
+    ("arguments", "code", "message"),
     [
         (("bus", "sdo", "1", "5000", "--served"), 1, "0x06020000"),
         (("bus", "sdo", "3", "6041", "--served"), 1, "there are 2 slaves, got 3"),
@@ -72,10 +72,10 @@ def test_an_object_is_read_and_written(achse: Achse) -> None:
     ],
 )
 def test_what_cannot_be_is_refused(
-    achse: Achse, arguments: tuple[str, ...], code: int, told: str
+    achse: Achse, arguments: tuple[str, ...], code: int, message: str
 ) -> None:
     refusal = achse(*arguments, exit_code=code)
-    assert told in " ".join(refusal.stderr.replace("│", " ").split())
+    assert message in " ".join(refusal.stderr.replace("│", " ").split())
 
 
 def test_a_fault_begins_is_watched_and_ends(achse: Achse) -> None:
@@ -99,13 +99,13 @@ def test_a_fault_begins_is_watched_and_ends(achse: Achse) -> None:
 
 
 def test_what_is_stored_outlives_the_program(tmp_path: Path, warm_commands: WarmCommands) -> None:
-    kept = tmp_path / "kept.json"
+    file = tmp_path / "kept.json"
     for expected in ("", "4711"):
-        with warm_commands.popen(*SERVE, "--store", str(kept), stdout=subprocess.PIPE) as run:
+        with warm_commands.popen(*SERVE, "--store", str(file), stdout=subprocess.PIPE) as run:
             assert run.stdout is not None
-            told = dict(word.split("=") for word in run.stdout.readline().split()[3:])
+            stdout = dict(word.split("=") for word in run.stdout.readline().split()[3:])
 
-            def achse(*arguments: str, port: str = told["control"].rpartition(":")[2]) -> str:
+            def achse(*arguments: str, port: str = stdout["control"].rpartition(":")[2]) -> str:
                 result = CliRunner().invoke(app, [*arguments], env={"ACHSE_CONTROL_PORT": port})
                 assert result.exit_code == 0, result.output
                 return result.stdout.rpartition(" = ")[2].strip()
@@ -118,7 +118,7 @@ def test_what_is_stored_outlives_the_program(tmp_path: Path, warm_commands: Warm
                 while achse("bus", "sdo", "2", "1010:01", "--served") == "0":
                     pass
             run.terminate()
-    assert json.loads(kept.read_text())["2"]["6085:00"] == 4711
+    assert json.loads(file.read_text())["2"]["6085:00"] == 4711
 
 
 def test_kinds_are_listed(achse: Achse) -> None:
@@ -127,9 +127,9 @@ def test_kinds_are_listed(achse: Achse) -> None:
         assert kind in listed
 
 
-def test_a_name_that_is_none_is_told_before_anybody_is_asked() -> None:
-    told = CliRunner().invoke(
+def test_a_name_that_is_none_is_reported_before_any_request() -> None:
+    result = CliRunner().invoke(
         app, ["bus", "sdo", "1", "no such thing", "--served", "--tcp-port", "1"]
     )
-    assert told.exit_code == 2
-    assert "INDEX or INDEX:SUB" in told.output
+    assert result.exit_code == 2
+    assert "INDEX or INDEX:SUB" in result.output

@@ -35,10 +35,10 @@ def test_ours_is_made_once_and_shown(tmp_path: Path) -> None:
     place = str(tmp_path / "mine")
     missing = run("certificate", "--folder", place, exit_code=1)
     assert "achse.crt is not there; `achse certificate --create` makes it" in missing.stderr
-    made = json.loads(run("certificate", "--create", "--json", "--folder", place).stdout)
-    assert made["key"].endswith("achse.key")
+    report = json.loads(run("certificate", "--create", "--json", "--folder", place).stdout)
+    assert report["key"].endswith("achse.key")
     shown = run("certificate", ACHSE_CERTIFICATES=place).stdout.split()
-    assert shown == ["certificate", made["certificate"], "fingerprint", made["fingerprint"]]
+    assert shown == ["certificate", report["certificate"], "fingerprint", report["fingerprint"]]
     twice = run("certificate", "--create", "--folder", place, exit_code=1)
     assert "is there already" in twice.stderr
 
@@ -57,15 +57,15 @@ def test_first_contact_then_commands_by_secure_ads(station: Any, tmp_path: Path)
     assert len(listed.stdout.splitlines()) == 1
 
 
-def test_refusals_are_told(station: Any, tmp_path: Path) -> None:
+def test_refusals_are_reported(station: Any, tmp_path: Path) -> None:
     mine: dict[str, Any] = {"ACHSE_CERTIFICATES": str(tmp_path)}
     host = station.host
     add = ("ads", "route", "add", "--secure", "--host", host)
     assert "wrong user or password" in run(*add, "--password", "2", exit_code=1, **mine).stderr
     where = f"secure://{host}?fingerprint={'ab' * 32}"
-    told = run("ads", "state", "--host", where, exit_code=1, **mine).stderr
-    assert "shows the fingerprint" in told
-    told = run("ads", "state", "--host", f"secure://{host}?x=1", exit_code=2, **mine).stderr
-    assert "not 'x'" in told
-    told = run("certificate", "127.0.0.1:1", exit_code=1, **mine).stderr
-    assert told.startswith("127.0.0.1:1 (Secure ADS): ")
+    stderr = run("ads", "state", "--host", where, exit_code=1, **mine).stderr
+    assert "shows the fingerprint" in stderr
+    stderr = run("ads", "state", "--host", f"secure://{host}?x=1", exit_code=2, **mine).stderr
+    assert "not 'x'" in stderr
+    stderr = run("certificate", "127.0.0.1:1", exit_code=1, **mine).stderr
+    assert stderr.startswith("127.0.0.1:1 (Secure ADS): ")

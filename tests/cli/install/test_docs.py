@@ -33,7 +33,7 @@ def test_words_choose_pages(tmp_path: Path, words: tuple[str, ...], files: list[
     assert sorted(str(path.relative_to(tmp_path)) for path in tmp_path.glob("*/*")) == sorted(files)
 
 
-def test_a_word_of_no_page_is_told(tmp_path: Path) -> None:
+def test_a_word_of_no_page_is_reported(tmp_path: Path) -> None:
     result = CliRunner().invoke(app, ["docs", "robot", "--out", str(tmp_path / "new")])
     assert result.exit_code == 1
     assert "no page about robot; `achse explain robot` explains codes and names" in result.stderr

@@ -20,10 +20,10 @@ MAIN = "PROGRAM MAIN\nVAR n : INT; END_VAR\nn := n + 1;\nEND_PROGRAM\n"
 
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
-    found = tmp_path / "plc"
-    found.mkdir()
-    (found / "MAIN.st").write_text(MAIN)
-    return found
+    copy = tmp_path / "plc"
+    copy.mkdir()
+    (copy / "MAIN.st").write_text(MAIN)
+    return copy
 
 
 def test_file_reads_as_the_sources(lines: Lines, folder: Path, tmp_path: Path) -> None:

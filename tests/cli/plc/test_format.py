@@ -19,8 +19,8 @@ def test_sources_of_a_folder_are_formatted_once(tmp_path: Path) -> None:
     (tmp_path / MAIN).write_bytes(before.replace(b"    E_State.", b"  E_State."))
     runner = CliRunner()
     paths = [str(tmp_path / "POUs"), str(tmp_path / "DUTs")]
-    asked = runner.invoke(app, ["format", "--check", *paths])
-    assert (asked.exit_code, asked.output) == (1, f"would format {tmp_path / MAIN}\n")
+    check = runner.invoke(app, ["format", "--check", *paths])
+    assert (check.exit_code, check.output) == (1, f"would format {tmp_path / MAIN}\n")
     done = runner.invoke(app, ["format", str(tmp_path / "POUs")])
     assert (done.exit_code, done.output) == (0, f"formatted {tmp_path / MAIN}\n")
     assert (tmp_path / MAIN).read_bytes() == before
@@ -39,7 +39,7 @@ def test_faults_are_said(tmp_path: Path) -> None:
     assert "blanks of one level" in wrong.stderr
 
 
-def test_file_that_cannot_be_written_is_left_and_told(
+def test_file_that_cannot_be_written_is_left_and_reported(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     file = tmp_path / "a.st"

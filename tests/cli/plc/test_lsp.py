@@ -18,13 +18,13 @@ def _framed(message: dict[str, Any]) -> bytes:
 
 
 def _messages(data: bytes) -> list[dict[str, Any]]:
-    found = []
+    messages = []
     while data:
         head, _, rest = data.partition(b"\r\n\r\n")
         length = int(head.partition(b"Content-Length: ")[2].split(b"\r\n")[0])
-        found.append(json.loads(rest[:length]))
+        messages.append(json.loads(rest[:length]))
         data = rest[length:]
-    return found
+    return messages
 
 
 def _initialize(folder: Path) -> dict[str, Any]:

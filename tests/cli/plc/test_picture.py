@@ -28,12 +28,12 @@ def folder(tmp_path: Path) -> Path:
         "FUNCTION_BLOCK FB_X\nVAR on : BOOL := TRUE; q : BOOL; END_VAR",
         networks(network(assign(contact("on"), "q"))),
     )
-    found = tmp_path / "plc"
-    found.mkdir()
-    (found / "MAIN.TcPOU").write_text(main)
-    (found / "FB_X.TcPOU").write_text(block)
-    (found / "F.st").write_text("PROGRAM T\nEND_PROGRAM\n")
-    return found
+    copy = tmp_path / "plc"
+    copy.mkdir()
+    (copy / "MAIN.TcPOU").write_text(main)
+    (copy / "FB_X.TcPOU").write_text(block)
+    (copy / "F.st").write_text("PROGRAM T\nEND_PROGRAM\n")
+    return copy
 
 
 def test_drawing_alone(lines: Lines, folder: Path) -> None:

@@ -108,7 +108,7 @@ END_PROGRAM
 COMPLAINT = "exception DIVIDEBYZERO in MAIN (press.st, line 7)"
 
 
-def test_an_exception_is_told_everywhere_and_others_go_on(
+def test_an_exception_is_reported_everywhere_and_others_go_on(
     tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
     (tmp_path / "press.st").write_text(DIVIDES)
@@ -140,8 +140,8 @@ def test_an_exception_is_told_everywhere_and_others_go_on(
             with press.at_port(100).subscribe_as(1, 65535, 255) as messages:
                 cli("ads", "write", "MAIN.nDivisor", "0")
                 live.advance(1.0)
-                told = [messages.next(10.0), messages.next(10.0)]
-            assert COMPLAINT.encode() in b"".join(one.value for one in told if one is not None)
+                samples = [messages.next(10.0), messages.next(10.0)]
+            assert COMPLAINT.encode() in b"".join(one.value for one in samples if one is not None)
             assert cli("ads", "state") == "EXCEPTION (19), device state 0\n"
             assert COMPLAINT in cli("plc", "show")
             assert COMPLAINT in json.loads(cli("plc", "show", "--json"))["fault"]

@@ -35,15 +35,17 @@ def test_a_running_plc_is_exported_and_equals_the_file(
 ) -> None:
     file = tmp_path / "demo.tmc"
     (line,) = lines("symbols", "--to", str(file))
-    found = read_tmc(file.read_bytes(), "demo.tmc")
-    assert line == f"{file}: {len(found.variables)} variables, {len(found.types)} types"
-    assert "GVL.stPoint" in [item.name for item in found.variables]
+    exported = read_tmc(file.read_bytes(), "demo.tmc")
+    assert line == f"{file}: {len(exported.variables)} variables, {len(exported.types)} types"
+    assert "GVL.stPoint" in [item.name for item in exported.variables]
 
 
 def test_sources_become_a_station_and_a_tmc(cli: Cli, sources: Path, tmp_path: Path) -> None:
     toml, tmc = tmp_path / "station.toml", tmp_path / "plc.tmc"
-    told = cli("symbols", "--from", str(sources), "--to", str(toml), "--station-port", "852").stdout
-    assert told.splitlines()[:3] == ["name       plc", "port       852", "tasks      PlcTask"]
+    stdout = cli(
+        "symbols", "--from", str(sources), "--to", str(toml), "--station-port", "852"
+    ).stdout
+    assert stdout.splitlines()[:3] == ["name       plc", "port       852", "tasks      PlcTask"]
     assert toml.read_text() == '[[plc]]\nport = 852\nsources = "plc"\n'
     assert Station.load(toml).plcs[852].instance("MAIN")["nCounter"] == 3
     cli("symbols", "--from", str(sources), "--to", str(tmc))
@@ -89,17 +91,17 @@ def test_what_cannot_be_read_is_one_line(
 def test_a_station_file_has_no_symbols(cli: Cli, sources: Path, tmp_path: Path) -> None:
     file = tmp_path / "station.toml"
     file.write_text('[[plc]]\nsources = "plc"\n')
-    told = cli("symbols", "--from", str(file), exit_code=1).stderr
-    assert told.startswith(f"{file}: a station is described there, no symbols: name the sources")
+    stderr = cli("symbols", "--from", str(file), exit_code=1).stderr
+    assert stderr.startswith(f"{file}: a station is described there, no symbols: name the sources")
     missing = tmp_path / "no.st"
-    told = cli("symbols", "--from", str(missing), exit_code=1).stderr
-    assert told == f"{missing} does not exist\n"
+    stderr = cli("symbols", "--from", str(missing), exit_code=1).stderr
+    assert stderr == f"{missing} does not exist\n"
 
 
-def test_faults_of_sources_are_told(cli: Cli, sources: Path) -> None:
+def test_faults_of_sources_are_reported(cli: Cli, sources: Path) -> None:
     (sources / "MAIN.st").write_text("PROGRAM MAIN\nVAR x : ; END_VAR\nEND_PROGRAM\n")
-    told = cli("symbols", "--from", str(sources), exit_code=1).stderr
-    assert "MAIN.st:2" in told
+    stderr = cli("symbols", "--from", str(sources), exit_code=1).stderr
+    assert "MAIN.st:2" in stderr
 
 
 def test_stubs_of_a_running_plc(cli: Cli, lines: Lines, tmp_path: Path) -> None:
@@ -116,8 +118,8 @@ def test_stubs_of_a_running_plc(cli: Cli, lines: Lines, tmp_path: Path) -> None:
 def test_an_export_never_replaces_a_file_of_another_kind(cli: Cli, tmp_path: Path) -> None:
     source = tmp_path / "keep.st"
     source.write_text(SOURCES)
-    told = cli("symbols", "--to", str(source), exit_code=2).stderr
-    assert ".tmc or .tpy" in " ".join(told.replace("│", " ").split())
+    stderr = cli("symbols", "--to", str(source), exit_code=2).stderr
+    assert ".tmc or .tpy" in " ".join(stderr.replace("│", " ").split())
     disguised = tmp_path / "keep.tmc"
     disguised.write_text(SOURCES)
     assert "not a .tmc" in cli("symbols", "--to", str(disguised), exit_code=1).stderr
@@ -152,12 +154,12 @@ def _text(folder: Path) -> Path:
 def test_stubs_replace_stubs_only(cli: Cli, tmp_path: Path) -> None:
     mine = tmp_path / "mine.py"
     mine.write_text("print('mine')\n")
-    told = cli("symbols", "--to", str(mine), exit_code=1).stderr
-    assert "not made by this command" in told
+    stderr = cli("symbols", "--to", str(mine), exit_code=1).stderr
+    assert "not made by this command" in stderr
     assert mine.read_text() == "print('mine')\n"
-    made = tmp_path / "made.py"
+    stubs = tmp_path / "made.py"
     for _ in range(2):
-        cli("symbols", "GVL.*", "--to", str(made))
+        cli("symbols", "GVL.*", "--to", str(stubs))
 
 
 def test_symbols_of_sources_are_listed(lines: Lines, sources: Path) -> None:

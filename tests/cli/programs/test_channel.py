@@ -34,8 +34,8 @@ def test_a_program_runs_stops_and_is_reset(
 ) -> None:
     for axis in ("X", "Y"):
         lines("axis", "enable", axis)
-    [told] = lines("channel", "assign", "X", "Y")
-    assert told.endswith("= 1 2 - - - - - -")
+    [line] = lines("channel", "assign", "X", "Y")
+    assert line.endswith("= 1 2 - - - - - -")
     assert lines("channel", "start", "plate.nc", "--load-only") == ["channel 1: ready, plate.nc"]
     assert "plate.nc" in lines("channel", "start")[0]
     refused = cli("channel", "start", "plate.nc", exit_code=1)

@@ -92,9 +92,9 @@ def test_time(part: Path) -> None:
     assert code == 0
     assert " s for 6 moves\n" in printed
     code, printed = call(str(part), "--time", *options(part), "--json", "-v", "100")
-    found = json.loads(printed)["time"]
-    assert found["complete"]
-    assert found["seconds"] > found["rapid_length"] / 100.0
+    report = json.loads(printed)["time"]
+    assert report["complete"]
+    assert report["seconds"] > report["rapid_length"] / 100.0
 
 
 def test_files_that_are_wrong(part: Path) -> None:

@@ -91,7 +91,7 @@ def test_a_tap_in_front_of_a_target(warm_commands: WarmCommands) -> None:
         ]
 
 
-def test_a_tap_that_may_ask_the_target_knows_types_that_no_client_asked_for(
+def test_a_tap_that_may_query_the_target_knows_types_that_no_client_requested(
     warm_commands: WarmCommands,
 ) -> None:
     host = free_host()
@@ -111,7 +111,7 @@ def test_a_tap_that_may_ask_the_target_knows_types_that_no_client_asked_for(
 
 
 @pytest.mark.parametrize(
-    ("arguments", "exit_code", "told"),
+    ("arguments", "exit_code", "message"),
     [
         (("--ask", "5.1.2.3.1.1"), 2, "a station of ours is asked anyway"),
         (("--via", "127.0.0.1", "--ask", "here"), 2, "--ask"),
@@ -119,14 +119,14 @@ def test_a_tap_that_may_ask_the_target_knows_types_that_no_client_asked_for(
         (("--via", "127.0.0.1:1", "--ask", "5.1.2.3.1.1"), 1, "127.0.0.1:1"),
     ],
 )
-def test_what_cannot_be_asked_is_refused(
-    cli: Callable[..., Any], arguments: tuple[str, ...], exit_code: int, told: str
+def test_what_cannot_be_requested_is_refused(
+    cli: Callable[..., Any], arguments: tuple[str, ...], exit_code: int, message: str
 ) -> None:
     refusal = cli("monitor", *arguments, exit_code=exit_code)
-    assert told in " ".join(refusal.stderr.replace("│", " ").split())
+    assert message in " ".join(refusal.stderr.replace("│", " ").split())
 
 
-def test_what_is_no_station_of_ours_is_told(warm_commands: WarmCommands) -> None:
+def test_what_is_no_station_of_ours_is_reported(warm_commands: WarmCommands) -> None:
     from achse.testing import FakeDevice
 
     with FakeDevice().serving() as live:
@@ -138,7 +138,7 @@ def test_what_is_no_station_of_ours_is_told(warm_commands: WarmCommands) -> None
 @pytest.mark.parametrize(
     "command", [("monitor",), ("monitor", "--quiet", "--write", "some.pcapng")]
 )
-def test_a_station_without_room_for_a_watcher_is_told_as_such(
+def test_a_station_without_room_for_a_watcher_is_reported_as_such(
     tmp_path: Path, command: tuple[str, ...], warm_commands: WarmCommands
 ) -> None:
     config = tmp_path / "station.toml"
@@ -167,9 +167,9 @@ def test_what_a_client_writes_stays_on_its_line() -> None:
     from achse.ams.commands import ReadWriteRequest
 
     client, plc = AmsAddress("10.0.0.7.1.1:30000"), AmsAddress("5.0.0.1.1.1:851")
-    asked = ReadWriteRequest(0xF003, 0, 4, b"GVL.\x1b[2J\nx\0").encode()
+    request_data = ReadWriteRequest(0xF003, 0, 4, b"GVL.\x1b[2J\nx\0").encode()
     decoder = Decoder(Names({}))
-    request = Frame(plc, client, 9, 4, 0, 1, asked)
+    request = Frame(plc, client, 9, 4, 0, 1, request_data)
     assert list(decoder.see(Captured(10**18, True, "10.0.0.7:5000", request.encode()))) == []
     [exchange] = decoder.overdue(10**18 + 1)
     [line] = lines_of(exchange)

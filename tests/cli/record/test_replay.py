@@ -34,7 +34,7 @@ def test_a_session_is_recorded_replayed_and_compared(
             recorder = _start(
                 warm_commands, "monitor", "--write", file, "--quiet", "--host", station.host
             )
-            found = _session(station.host, number)
+            captures = _session(station.host, number)
             recorder.terminate()
             out, _ = recorder.communicate()
             assert recorder.returncode == 0
@@ -42,7 +42,7 @@ def test_a_session_is_recorded_replayed_and_compared(
     host = free_host()
     target = _start(warm_commands, "replay", files[1], "--host", host)
     try:
-        assert _session(host, 1) == found
+        assert _session(host, 1) == captures
     finally:
         target.terminate()
         target.communicate()

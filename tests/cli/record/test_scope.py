@@ -30,11 +30,11 @@ def test_channels_are_recorded_as_they_come(lines: Lines, tmp_path: Path) -> Non
 
 def test_a_trigger_is_waited_for(cli: Cli, tmp_path: Path) -> None:
     file = tmp_path / "a.csv"
-    told = cli(
+    result = cli(
         *("scope", "record", str(file), "MAIN.nCounter", "--for", "0.2", "--json"),
         *("--trigger", "MAIN.nCounter above 0", "--pretrigger", "0"),
     )
-    events = [json.loads(line) for line in told.stdout.splitlines()]
+    events = [json.loads(line) for line in result.stdout.splitlines()]
     assert events[1] == {
         "event": "done", "file": str(file), "channels": 1, "samples": 20, "lost": 0,
     }  # fmt: skip
@@ -42,7 +42,7 @@ def test_a_trigger_is_waited_for(cli: Cli, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("words", "code", "told"),
+    ("words", "code", "message"),
     [
         (("record", "a.txt", "MAIN.nCounter"), 2, "expected the ending .csv, .scope, .parquet"),
         (("record", "none/a.csv", "MAIN.nCounter"), 1, "none: no such folder"),
@@ -63,14 +63,14 @@ def test_a_trigger_is_waited_for(cli: Cli, tmp_path: Path) -> None:
         (("show", "notes.scope"), 1, "not a recording in binary form"),
     ],
 )
-def test_what_cannot_be_is_told(
+def test_what_cannot_be_is_reported(
     cli: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
-    words: tuple[str, ...], code: int, told: str,
+    words: tuple[str, ...], code: int, message: str,
 ) -> None:  # fmt: skip
     monkeypatch.chdir(tmp_path)
     (tmp_path / "notes.scope").write_text("milk, bread")
     result = cli("scope", *words, exit_code=code)
-    assert told in " ".join(result.stderr.replace("│", " ").split())
+    assert message in " ".join(result.stderr.replace("│", " ").split())
     assert "Traceback" not in result.stderr
     if code == 1:
         error = json.loads(cli("scope", *words, "--json", exit_code=1).stderr)
@@ -82,14 +82,14 @@ def test_what_cannot_be_is_told(
 def test_a_scope_that_records_is_shown_and_exported(
     live: Any, lines: Lines, document: Callable[..., Any], tmp_path: Path
 ) -> None:
-    with live.station.scope(["MAIN.nCounter"], length=0.5, name="mine") as made:
-        while len(made.data()["MAIN.nCounter"]) < 50:
+    with live.station.scope(["MAIN.nCounter"], length=0.5, name="mine") as scope:
+        while len(scope.data()["MAIN.nCounter"]) < 50:
             pass
-        assert "MAIN.nCounter" in lines("scope", "show", str(made.number))[0]
-        [row] = document("scope", "show", str(made.number))["channels"]
+        assert "MAIN.nCounter" in lines("scope", "show", str(scope.number))[0]
+        [row] = document("scope", "show", str(scope.number))["channels"]
         assert (row["samples"], row["type"]) == (50, "UINT32")
         file = tmp_path / "a.parquet"
-        [line] = lines("scope", "show", str(made.number), "--to", str(file))
+        [line] = lines("scope", "show", str(scope.number), "--to", str(file))
         assert line == f"{file}: 1 channels, 50 samples"
         assert [each["name"] for each in document("scope", "show")] == ["scope", "mine"]
 
@@ -97,12 +97,12 @@ def test_a_scope_that_records_is_shown_and_exported(
 def test_a_scope_of_the_station_is_started_triggered_and_stopped(
     live: Any, lines: Lines, cli: Cli, document: Callable[..., Any]
 ) -> None:
-    with live.station.scope(["MAIN.nCounter"], length=0.2, name="view") as made:
-        number = str(made.number)
+    with live.station.scope(["MAIN.nCounter"], length=0.2, name="view") as scope:
+        number = str(scope.number)
         assert lines("scope", "stop", number) == [f"scope {number}: offline"]
         assert lines("scope", "start", number) == [f"scope {number}: recording"]
         state = document("scope", "trigger", number)
-        assert state == {"scope": made.number, "state": "triggered"}
+        assert state == {"scope": scope.number, "state": "triggered"}
         assert "does not wait for a trigger" in cli("scope", "trigger", number, exit_code=1).stderr
     assert lines("scope", "start") == ["scope 1: recording"]
     assert lines("scope", "stop") == ["scope 1: offline"]
@@ -113,8 +113,8 @@ def test_a_scope_of_another_client_is_left_alone(live: Any, cli: Cli) -> None:
         blocking.connect(f"127.0.0.1:{live.tcp_port}") as client,
         client.scope("MAIN.nCounter") as theirs,
     ):
-        told = cli("scope", "stop", str(theirs.number), exit_code=1).stderr
-        assert f"scope {theirs.number} is another client's" in told
+        stderr = cli("scope", "stop", str(theirs.number), exit_code=1).stderr
+        assert f"scope {theirs.number} is another client's" in stderr
         assert theirs.facts()["state"] == "recording"
 
 

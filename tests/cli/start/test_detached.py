@@ -73,11 +73,11 @@ def config(tmp_path: Path) -> Path:
 
 
 def test_a_station_is_started_waited_for_and_stopped(config: Path, folder: Path) -> None:
-    told = json.loads(_cli("run", str(config), "--detach", "--tcp-port", "0", "--json").stdout)
-    assert told["name"] == "Cell"
-    assert Path(told["log"]).parent == folder
-    assert detached_stations() == [DetachedStation(**told)]
-    address = f"127.0.0.1:{told['tcp_port']}"
+    report = json.loads(_cli("run", str(config), "--detach", "--tcp-port", "0", "--json").stdout)
+    assert report["name"] == "Cell"
+    assert Path(report["log"]).parent == folder
+    assert detached_stations() == [DetachedStation(**report)]
+    address = f"127.0.0.1:{report['tcp_port']}"
     assert _cli("wait", "cell").stdout == f"{address} is ready\n"
     assert json.loads(_cli("wait", address, "--json").stdout)["state"] == "RUN"
     assert "no detached station 'other'" in _cli("stop", "other", exit_code=1).stderr
@@ -92,9 +92,9 @@ def test_a_station_is_started_waited_for_and_stopped(config: Path, folder: Path)
 def test_of_several_the_name_is_needed_or_all(config: Path) -> None:
     for _ in range(2):
         _cli("run", str(config), "-d", "--tcp-port", "0")
-    told = _cli("stop", exit_code=1).stderr
-    assert "which one?" in told
-    assert told.count("Cell at 127.0.0.1:") == 2
+    stderr = _cli("stop", exit_code=1).stderr
+    assert "which one?" in stderr
+    assert stderr.count("Cell at 127.0.0.1:") == 2
     assert "which one? say its process id" in _cli("stop", "Cell", exit_code=1).stderr
     stopped = json.loads(_cli("stop", "--all", "--json").stdout)
     assert [each["name"] for each in stopped] == ["Cell", "Cell"]
@@ -105,19 +105,19 @@ def test_of_several_the_name_is_needed_or_all(config: Path) -> None:
 def test_a_station_that_cannot_start_says_why(tmp_path: Path, folder: Path) -> None:
     wrong = tmp_path / "wrong.toml"
     wrong.write_text("[nc]\ncycle = 1\n")
-    told = _cli("run", str(wrong), "--detach", exit_code=1).stderr
-    assert "wrong.toml: nc.cycle: expected a duration" in told
+    stderr = _cli("run", str(wrong), "--detach", exit_code=1).stderr
+    assert "wrong.toml: nc.cycle: expected a duration" in stderr
     assert not list(folder.iterdir())
 
 
 @pytest.mark.usefixtures("forked")
 def test_a_killed_station_leaves_a_record_that_is_cleaned(config: Path, folder: Path) -> None:
-    told = json.loads(_cli("run", str(config), "-d", "--tcp-port", "0", "--json").stdout)
-    os.kill(told["pid"], signal.SIGKILL)
+    report = json.loads(_cli("run", str(config), "-d", "--tcp-port", "0", "--json").stdout)
+    os.kill(report["pid"], signal.SIGKILL)
     while detached_stations():
         pass
     assert not list(folder.glob("*.json"))
-    assert Path(told["log"]).exists()  # it may say why
+    assert Path(report["log"]).exists()  # it may say why
 
 
 def test_old_logs_go(folder: Path) -> None:
@@ -128,7 +128,7 @@ def test_old_logs_go(folder: Path) -> None:
     assert not log.exists()
 
 
-def test_what_is_not_a_record_harms_nobody(folder: Path) -> None:
+def test_what_is_not_a_record_harms_no_other(folder: Path) -> None:
     (runtime_folder() / "detached-1.json").write_text("{not json")
     assert detached_stations() == []
 
@@ -186,8 +186,8 @@ def test_a_station_in_a_container_that_is_out_of_sight_is_not_signalled(
     monkeypatch.setattr("achse.cli.start.detached._pid_namespace", lambda: "pid:[2]")
     with recorded("Cell", "127.0.0.1", 1, "1.1.1.1.1.1"):
         monkeypatch.setattr("achse.cli.start.detached._pid_namespace", lambda: "pid:[1]")
-        told = _cli("stop", "Cell", exit_code=1).stderr
-    assert "runs in another container: stop it there" in told
+        stderr = _cli("stop", "Cell", exit_code=1).stderr
+    assert "runs in another container: stop it there" in stderr
 
 
 @pytest.mark.parametrize("word", ["cell", "127.0.0.1:48898", "48898", "5.1.1.1.1.1", "7"])
@@ -210,8 +210,8 @@ def test_only_a_detached_station_keeps_a_record(
 
 
 def test_waiting_ends_with_the_time() -> None:
-    told = _cli("wait", "--tcp-port", "1", "--timeout", "0.1", exit_code=1).stderr
-    assert "127.0.0.1:1 is not ready after 0.1 s: cannot connect" in told
+    stderr = _cli("wait", "--tcp-port", "1", "--timeout", "0.1", exit_code=1).stderr
+    assert "127.0.0.1:1 is not ready after 0.1 s: cannot connect" in stderr
 
 
 @pytest.mark.usefixtures("forked")
@@ -254,7 +254,7 @@ def test_without_a_home_records_are_below_the_temporary_files(
     folder.chmod(0o700)
 
 
-def test_a_folder_that_cannot_be_made_is_told() -> None:
+def test_a_folder_that_cannot_be_made_is_reported() -> None:
     for words in (["stop"], ["stop", "--all"], ["wait", "cell"], ["run", "--detach"]):
         refused = CliRunner().invoke(app, words, env={"ACHSE_RUNTIME_DIR": "/dev/null/x"})
         assert refused.exit_code == 1

@@ -76,8 +76,8 @@ def _fleet(folder: Path, port: int, more: str = "") -> str:
 def test_a_fleet_from_up_to_down(folder: Path, listener: socket.socket, forked: None) -> None:
     pytest.importorskip("aiomqtt")
     file = _fleet(folder, listener.getsockname()[1])
-    told = json.loads(_cli("up", file, "-d", "--json").stdout)
-    assert (told["event"], told["fleet"], told["stations"]) == ("ready", "press", "3")
+    report = json.loads(_cli("up", file, "-d", "--json").stdout)
+    assert (report["event"], report["fleet"], report["stations"]) == ("ready", "press", "3")
     assert "runs already" in _cli("up", file, "-d", exit_code=1).stderr
     status = json.loads(_cli("status", "press", "--json").stdout)
     assert [row["name"] for row in status["stations"]] == ["press-1", "press-2", "press-3"]
@@ -111,32 +111,32 @@ def test_in_the_foreground_it_ends_by_a_signal(folder: Path, listener: socket.so
         pass
 
 
-def test_stations_that_do_not_start_are_told(
+def test_stations_that_do_not_start_are_reported(
     folder: Path, listener: socket.socket, forked: None
 ) -> None:
     pytest.importorskip("aiomqtt")
     file = _fleet(folder, listener.getsockname()[1])
     (folder / "press.toml").write_text(f"[router]\ntcp_port = {listener.getsockname()[1]}\n")
-    told = _cli("up", file, exit_code=1).stderr
-    assert "press-1 did not start:" in told
-    assert "ddress already in use" in told
+    stderr = _cli("up", file, exit_code=1).stderr
+    assert "press-1 did not start:" in stderr
+    assert "ddress already in use" in stderr
 
 
 def test_without_a_broker_it_says_so_and_where(folder: Path) -> None:
     pytest.importorskip("aiomqtt")
-    told = _cli("up", _fleet(folder, 1), exit_code=1).stderr
-    assert "fleet.toml:9: no broker at 127.0.0.1:1: " in told
-    assert "start one (`mosquitto`)" in told
-    told = _cli("up", _fleet(folder, 1), "--broker", "127.0.0.1:2", exit_code=1).stderr
-    assert "no broker at 127.0.0.1:2: " in told
+    stderr = _cli("up", _fleet(folder, 1), exit_code=1).stderr
+    assert "fleet.toml:9: no broker at 127.0.0.1:1: " in stderr
+    assert "start one (`mosquitto`)" in stderr
+    stderr = _cli("up", _fleet(folder, 1), "--broker", "127.0.0.1:2", exit_code=1).stderr
+    assert "no broker at 127.0.0.1:2: " in stderr
 
 
 def test_faults_of_the_file_have_their_line(folder: Path) -> None:
-    told = _cli("up", _fleet(folder, 1, "colour = 1"), exit_code=1).stderr
-    assert "fleet.toml:7: colour: no such key" in told
+    stderr = _cli("up", _fleet(folder, 1, "colour = 1"), exit_code=1).stderr
+    assert "fleet.toml:7: colour: no such key" in stderr
     assert "No such file" in _cli("up", str(folder / "gone.toml"), exit_code=1).stderr
-    told = _cli("up", _fleet(folder, 1, "cores = [9999]"), exit_code=1).stderr
-    assert "fleet.toml:7: cores: there are" in told
+    stderr = _cli("up", _fleet(folder, 1, "cores = [9999]"), exit_code=1).stderr
+    assert "fleet.toml:7: cores: there are" in stderr
 
 
 @pytest.mark.parametrize(
@@ -167,10 +167,10 @@ def test_stations_by_number_name_and_process(
 
 
 @pytest.mark.parametrize(
-    ("word", "told"),
+    ("word", "message"),
     [("4", "stations 1 … 3, not 4"), ("x", "expected 3, 3-7"), ("3-2", "smaller number first")],
 )
-def test_which_station(folder: Path, word: str, told: str) -> None:
+def test_which_station(folder: Path, word: str, message: str) -> None:
     result = CliRunner().invoke(app, ("fleet", "up", _fleet(folder, 1), "--station", word))
     assert result.exit_code
-    assert told in " ".join(result.stderr.split())
+    assert message in " ".join(result.stderr.split())

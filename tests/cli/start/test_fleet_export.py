@@ -25,18 +25,18 @@ def file(tmp_path: Path) -> str:
 )
 def test_both_kinds(file: str, kind: str, word: str) -> None:
     words = ("fleet", "export", kind, file, "--image", "here/achse:1")
-    told = CliRunner().invoke(app, words)
-    assert told.exit_code == 0, told.output
-    assert word in told.stdout
-    assert '"here/achse:1"' in told.stdout
+    result = CliRunner().invoke(app, words)
+    assert result.exit_code == 0, result.output
+    assert word in result.stdout
+    assert '"here/achse:1"' in result.stdout
     as_json = json.loads(CliRunner().invoke(app, (*words, "--json")).stdout)
-    assert as_json == {"kind": kind, "text": told.stdout}
+    assert as_json == {"kind": kind, "text": result.stdout}
 
 
 def test_a_fault_of_the_file(file: str) -> None:
     Path(file).write_text("count = 0\n")
-    told = CliRunner().invoke(app, ("fleet", "export", "compose", file))
-    assert told.exit_code == 1
-    assert "fleet.toml:1: count" in told.stderr
-    told = CliRunner().invoke(app, ("fleet", "export", "compose", f"{file}.gone"))
-    assert "No such file" in told.stderr
+    result = CliRunner().invoke(app, ("fleet", "export", "compose", file))
+    assert result.exit_code == 1
+    assert "fleet.toml:1: count" in result.stderr
+    result = CliRunner().invoke(app, ("fleet", "export", "compose", f"{file}.gone"))
+    assert "No such file" in result.stderr

@@ -76,14 +76,14 @@ def test_of_two_that_start_at_the_same_time_one_gets_the_name(
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows removes no files that are open")
 def test_a_fleet_is_gone_when_its_process_has_ended(folder: Path) -> None:
-    told = (
+    program = (
         "import sys; from achse.cli.start.fleet_record import *\n"
         "with fleet_recorded(FleetRecord('press', 'f', 1, 2, 'k')):\n"
         "    print(flush=True); sys.stdin.readline()\n"
         "print(flush=True); sys.stdin.readline()"
     )
     with subprocess.Popen(
-        [sys.executable, "-c", told], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+        [sys.executable, "-c", program], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
     ) as process:
         assert process.stdin is not None
         assert process.stdout is not None
@@ -102,11 +102,11 @@ def test_a_fleet_is_gone_when_its_process_has_ended(folder: Path) -> None:
 
 
 def test_the_record_of_a_killed_supervisor_is_removed(folder: Path) -> None:
-    told = (
+    program = (
         "import os; from achse.cli.start.fleet_record import *\n"
         "with fleet_recorded(FleetRecord('press', 'f', 1, 2, 'k')): os._exit(9)"
     )
-    assert subprocess.run([sys.executable, "-c", told], env=os.environ.copy()).returncode == 9
+    assert subprocess.run([sys.executable, "-c", program], env=os.environ.copy()).returncode == 9
     assert list(folder.glob("fleet-press.json"))
     assert fleets() == []
     assert not list(folder.glob("fleet-press.json"))
@@ -118,7 +118,7 @@ def test_garbage_is_left_out(folder: Path) -> None:
     assert fleets() == []
 
 
-def test_a_supervisor_that_does_not_answer_is_told(capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_supervisor_that_does_not_answer_is_reported(capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(typer.Exit):
         FIRST.order("status")
     assert "the supervisor of press, process 7" in capsys.readouterr().err

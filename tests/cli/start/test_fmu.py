@@ -41,9 +41,9 @@ def needs_compiler(witness: object) -> None:
 
 @pytest.mark.usefixtures("needs_compiler")
 def test_unit_is_written_beside_the_station(station_file: Path) -> None:
-    code, told = call(station_file, "--symbol", "MAIN.nCount")
+    code, output = call(station_file, "--symbol", "MAIN.nCount")
     unit = station_file.with_suffix(".fmu")
-    assert (code, told) == (
+    assert (code, output) == (
         0,
         f"{unit}: FMI 3.0, 4 inputs, 0 parameters, 10 outputs, 2 locals\n",
     )
@@ -53,9 +53,9 @@ def test_unit_is_written_beside_the_station(station_file: Path) -> None:
 @pytest.mark.usefixtures("needs_compiler")
 def test_json_counts_variables(station_file: Path, tmp_path: Path) -> None:
     unit = tmp_path / "two.fmu"
-    code, told = call(station_file, "-o", unit, "--fmi", "2", "--symbol", "MAIN.*", "--json")
+    code, output = call(station_file, "-o", unit, "--fmi", "2", "--symbol", "MAIN.*", "--json")
     assert code == 0
-    assert json.loads(told) == {
+    assert json.loads(output) == {
         "file": str(unit),
         "fmi": "2.0",
         "states": True,
@@ -65,20 +65,20 @@ def test_json_counts_variables(station_file: Path, tmp_path: Path) -> None:
 
 
 def test_unknown_symbol_is_a_sentence(station_file: Path) -> None:
-    code, told = call(station_file, "--symbol", "MAIN.nothing")
+    code, output = call(station_file, "--symbol", "MAIN.nothing")
     assert code == 1
-    assert told.startswith("MAIN.nothing: expected a symbol of the station")
+    assert output.startswith("MAIN.nothing: expected a symbol of the station")
 
 
 def test_missing_compiler_is_a_sentence(
     station_file: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("CC", "no-compiler")
-    code, told = call(station_file)
+    code, output = call(station_file)
     assert code == 1
-    assert told.startswith("C compiler: expected 'no-compiler' in PATH, found none")
+    assert output.startswith("C compiler: expected 'no-compiler' in PATH, found none")
 
 
 def test_missing_station_file_is_named(tmp_path: Path) -> None:
-    code, told = call(tmp_path / "none.toml")
-    assert (code, "No such file" in told) == (1, True)
+    code, output = call(tmp_path / "none.toml")
+    assert (code, "No such file" in output) == (1, True)

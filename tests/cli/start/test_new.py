@@ -36,7 +36,7 @@ def _new(*words: str, exit_code: int = 0) -> Any:
 @pytest.mark.parametrize("plc", PlcKind)
 @pytest.mark.parametrize("axes", ["", "X", "X, Y,Ω"])
 def test_the_station_runs(tmp_path: Path, plc: PlcKind, axes: str) -> None:
-    told = _new(
+    output = _new(
         str(tmp_path),
         "--no-tests",
         "--plc",
@@ -46,7 +46,7 @@ def test_the_station_runs(tmp_path: Path, plc: PlcKind, axes: str) -> None:
         "--name",
         'a "cell"',
     ).stdout
-    assert {Path(line).relative_to(tmp_path).as_posix() for line in told.splitlines()} == {
+    assert {Path(line).relative_to(tmp_path).as_posix() for line in output.splitlines()} == {
         path.relative_to(tmp_path).as_posix() for path in tmp_path.rglob("*") if path.is_file()
     }
     station = Station.load(tmp_path / "station.toml")
@@ -91,9 +91,9 @@ def test_each_key_in_a_comment_can_be_used(model: Any) -> None:
     for line in lines:
         table = parse_toml(line)
         [(key, value)] = table.items()
-        found = model.model_validate(table)
+        parsed = model.model_validate(table)
         if isinstance(value, bool | int):
-            assert getattr(found, key) == value
+            assert getattr(parsed, key) == value
         if model.__name__ in name:
             parse({name[model.__name__]: table}, "station.toml")
 
@@ -101,8 +101,8 @@ def test_each_key_in_a_comment_can_be_used(model: Any) -> None:
 def test_what_is_there_stays(tmp_path: Path) -> None:
     (tmp_path / "plc").mkdir()
     (tmp_path / "plc" / "MAIN.st").write_text("mine")
-    told = _new(str(tmp_path), "--no-tests", exit_code=1).stderr
-    assert "plc/MAIN.st" in told
+    stderr = _new(str(tmp_path), "--no-tests", exit_code=1).stderr
+    assert "plc/MAIN.st" in stderr
     assert not (tmp_path / "station.toml").exists()
     assert (tmp_path / "plc" / "MAIN.st").read_text() == "mine"
 
@@ -113,7 +113,7 @@ def test_the_schema_alone_is_written_again(tmp_path: Path) -> None:
     assert files == [str(tmp_path / "new" / "station.schema.json")]
 
 
-def test_a_folder_that_cannot_be_made_is_told(tmp_path: Path) -> None:
+def test_a_folder_that_cannot_be_made_is_reported(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     assert str(tmp_path / "file") in _new(str(tmp_path / "file" / "x"), exit_code=1).stderr
 

@@ -25,7 +25,7 @@ TREE: Any = get_command(app)
 @pytest.mark.parametrize("host", ["127.0.0.1", "0.0.0.0", "192.0.2.1"])
 def test_each_command_is_there(host: str, tcp_port: int, axes: list[str], page: str | None) -> None:
     lines = next_steps(host, tcp_port, axes, page)
-    commands = [found for line in lines for found in re.findall(r"achse ([^,(]+)", line)]
+    commands = [name for line in lines for name in re.findall(r"achse ([^,(]+)", line)]
     assert len(lines) == 3
     assert commands
     for words in map(shlex.split, commands):
@@ -51,7 +51,7 @@ def test_always_three(host: str, tcp_port: int, axes: list[str], page: str | Non
 
 @pytest.mark.skipif(sys.platform == "win32", reason="needs a pseudo terminal")
 @pytest.mark.parametrize(("words", "lines"), [((), 5), (("--json",), 2)])
-def test_a_terminal_gets_them_and_nobody_else(
+def test_only_a_terminal_gets_them(
     warm_commands: WarmCommands, words: tuple[str, ...], lines: int
 ) -> None:
     command = ["run", "--tcp-port", "0", "--speed", "max", "--for", "0.1", *words]

@@ -164,7 +164,7 @@ def test_under_nohup_it_stays_and_the_usual_limit_of_open_files_is_none_of_conne
     assert run.returncode == 0
 
 
-def test_beyond_this_computer_it_listens_only_if_told_in_so_many_words(
+def test_beyond_this_computer_it_listens_only_with_an_explicit_option(
     warm_commands: WarmCommands,
 ) -> None:
     refused = _achse("run", "--host", "0.0.0.0", "--tcp-port", "0", exit_code=1)
@@ -175,9 +175,9 @@ def test_beyond_this_computer_it_listens_only_if_told_in_so_many_words(
     assert run.stdout is not None
     assert f" net_id={net_id_at('0.0.0.0')} tcp=0.0.0.0:" in run.stdout.readline()
     run.terminate()
-    _, told = run.communicate()
-    assert "Any client that reaches it may, without a password:" in told
-    assert "- stop, restart and shut down the station" in told
+    _, errors = run.communicate()
+    assert "Any client that reaches it may, without a password:" in errors
+    assert "- stop, restart and shut down the station" in errors
 
 
 def test_its_samples_show_the_wall_clock(warm_commands: WarmCommands) -> None:
@@ -204,21 +204,23 @@ def test_slaves_of_a_bus_may_be_on_an_interface(warm_commands: WarmCommands) -> 
     for words in (["="], ["a=b", "a=c"]):
         options = [f"--interface={word}" for word in words]
         assert "--interface" in _achse("run", example, *options, exit_code=2).output
-    told = _achse("run", example, "--interface", "Q=eth0", exit_code=1).output
-    assert "no bus 'Q'; buses: EtherCAT" in told
+    output = _achse("run", example, "--interface", "Q=eth0", exit_code=1).output
+    assert "no bus 'Q'; buses: EtherCAT" in output
 
 
 @pytest.mark.parametrize(
-    ("options", "told"),
+    ("options", "message"),
     [
         (("--interface=e1", "--redundant=Q=e2"), "no bus 'Q'; buses: EtherCAT"),
         (("--redundant=e2",), "redundant: expected an interface beside the second one, e2"),
         (("--interface=e1", "--redundant=e1"), "redundant: expected another interface than e1"),
     ],
 )
-def test_a_second_interface_that_cannot_be_is_told(options: tuple[str, ...], told: str) -> None:
+def test_a_second_interface_that_cannot_be_is_reported(
+    options: tuple[str, ...], message: str
+) -> None:
     example = str(Path(__file__).parents[3] / "examples" / "drives" / "station.toml")
-    assert told in _achse("run", example, *options, exit_code=1).output
+    assert message in _achse("run", example, *options, exit_code=1).output
     assert "--redundant" in _achse("run", example, "--redundant", "=", exit_code=2).output
 
 
@@ -231,7 +233,7 @@ def test_without_end_means_for_ever(warm_commands: WarmCommands) -> None:
     assert (run.returncode, rest) == (0, "")
 
 
-def test_what_can_be_no_host_name_is_told() -> None:
+def test_what_can_be_no_host_name_is_reported() -> None:
     [line] = _achse("run", "--host", "a..b", exit_code=1).stderr.splitlines()
     assert line.startswith("cannot listen on a..b:48898: ")
 
@@ -324,7 +326,9 @@ def test_closed_standard_streams_do_not_matter(closed: str, free_host: Callable[
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs a full device")
-def test_a_full_disk_behind_stdout_is_told_and_ends_nothing(warm_commands: WarmCommands) -> None:
+def test_a_full_disk_behind_stdout_is_reported_and_ends_nothing(
+    warm_commands: WarmCommands,
+) -> None:
     with open("/dev/full", "w") as full:
         words = "run", "--tcp-port", "0", "--speed", "max", "--for", "0.1"
         run = warm_commands.run(*words, stdout=full)

@@ -13,7 +13,7 @@ from achse.cli.app import app
 Starts = Callable[..., AbstractContextManager[Any]]
 
 
-def test_a_station_tells_where_its_page_is(start_station: Starts) -> None:
+def test_a_station_reports_where_its_page_is(start_station: Starts) -> None:
     with start_station("--web-port", "0") as station:
         line = station.process.stdout.readline()
         assert line.startswith("achse web url=http://127.0.0.1:")
@@ -21,7 +21,7 @@ def test_a_station_tells_where_its_page_is(start_station: Starts) -> None:
             assert b"<html" in page.read()
 
 
-def test_a_port_that_is_taken_is_told() -> None:
+def test_a_port_that_is_taken_is_reported() -> None:
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = str(taken.getsockname()[1])
         result = CliRunner().invoke(app, ["run", "--tcp-port", "0", "--web-port", port])

@@ -73,13 +73,13 @@ def test_libraries_are_named(tmp_path: Path) -> None:
     assert checked(tmp_path / "MAIN.st", "--library", tmp_path / "lib").exit_code == 0
 
 
-def test_what_is_not_there_is_told(tmp_path: Path) -> None:
+def test_what_is_not_there_is_reported(tmp_path: Path) -> None:
     result = checked(tmp_path / "nothing")
     assert result.exit_code == 1
     assert checked(tmp_path).exit_code == 1
 
 
-def test_what_stays_plain_is_told(tmp_path: Path) -> None:
+def test_what_stays_plain_is_reported(tmp_path: Path) -> None:
     pytest.importorskip("llvmlite")
     (tmp_path / "new.st").write_text(
         "FUNCTION F_Make : BOOL\nVAR p : POINTER TO INT; END_VAR\np := __NEW(INT);\nEND_FUNCTION\n"

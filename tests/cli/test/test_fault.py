@@ -28,7 +28,7 @@ def test_a_fault_is_added_listed_hits_and_is_cleared(lines: Lines, cli: Cli) -> 
     assert lines("fault", "list") == []
 
 
-def test_who_breaks_all_links_is_told_that_it_worked(lines: Lines) -> None:
+def test_breaking_all_links_is_reported_as_done(lines: Lines) -> None:
     [line] = lines("fault", "add", "drop_link")
     assert line.split()[1:] == ["drop_link"]
 
@@ -46,7 +46,7 @@ def test_json(document: Callable[..., Any]) -> None:
 
 
 @pytest.mark.parametrize(
-    ("arguments", "exit_code", "told"),
+    ("arguments", "exit_code", "message"),
     [
         (("add", "melt"), 2, "kind: expected one of"),
         (("add", "drop", "colour=1"), 2, "expected KEY=VALUE"),
@@ -56,10 +56,10 @@ def test_json(document: Callable[..., Any]) -> None:
     ],
 )
 def test_what_cannot_be_is_refused(
-    cli: Cli, arguments: tuple[str, ...], exit_code: int, told: str
+    cli: Cli, arguments: tuple[str, ...], exit_code: int, message: str
 ) -> None:
     refusal = cli("fault", *arguments, exit_code=exit_code)
-    assert told in " ".join(refusal.stderr.replace("│", " ").split())
+    assert message in " ".join(refusal.stderr.replace("│", " ").split())
 
 
 def test_kinds_are_listed(lines: Lines) -> None:

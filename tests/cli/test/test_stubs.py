@@ -24,8 +24,8 @@ def test_stubs_for_missing_types(
     station = Path("station.toml")
     station.write_text('[[plc]]\nsources = "plc.st"\nlibraries = ["stubs"]\n')
     assert "missing types" not in cli("check", "plc.st", "--stubs", "other").stderr
-    told = lines("check", "plc.st", "--stubs", "stubs")
-    assert told == [
+    output = lines("check", "plc.st", "--stubs", "stubs")
+    assert output == [
         "stubs/Lib.st: 3 lines",
         "stubs/types.st: 12 lines",
         'libraries = ["stubs"]',

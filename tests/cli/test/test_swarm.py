@@ -27,8 +27,8 @@ def run(*arguments: str, exit_code: int = 0) -> Any:
 
 
 def test_seeds_are_summed_up() -> None:
-    told = run("--seed", str(SHORT), "--runs", "1").stdout
-    assert told.startswith(f"1 seeds from {SHORT}, 0 failed; ")
+    stdout = run("--seed", str(SHORT), "--runs", "1").stdout
+    assert stdout.startswith(f"1 seeds from {SHORT}, 0 failed; ")
     facts = json.loads(run("--seed", str(SHORT), "--runs", "1", "--json").stdout)
     assert (facts["seeds"], facts["failed"], facts["first"]) == (1, 0, SHORT)
 
@@ -43,8 +43,8 @@ def test_motion_alone_is_drawn_summed_up_and_replayed() -> None:
     facts = json.loads(run("--motion", "--seed", str(seed), "--runs", "1", "--json").stdout)
     assert (facts["seeds"], facts["failed"], facts["samples"]) == (1, 0, 0)
     assert facts["moves"] > 0
-    told = run("--motion", "--seed", str(seed), "--replay").stdout.splitlines()
-    assert told[-1].startswith(f"seed {seed}: no violation in ")
+    output = run("--motion", "--seed", str(seed), "--replay").stdout.splitlines()
+    assert output[-1].startswith(f"seed {seed}: no violation in ")
 
 
 def test_plans_alone_are_summed_up_and_replayed(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -52,45 +52,45 @@ def test_plans_alone_are_summed_up_and_replayed(monkeypatch: pytest.MonkeyPatch)
     facts = json.loads(run("--plans", "--seed", "3", "--runs", "2", "--json").stdout)
     assert (facts["seeds"], facts["failed"], facts["machine_years"]) == (2, 0, 0.0)
     assert facts["moves"] > 80
-    told = run("--plans", "--seed", "3", "--replay").stdout
-    assert told.startswith("seed 3: no violation in ")
-    told = run("--plans", "--motion", exit_code=1).output
-    assert "--plans has no cycles: expected no --motion" in " ".join(told.split())
+    stdout = run("--plans", "--seed", "3", "--replay").stdout
+    assert stdout.startswith("seed 3: no violation in ")
+    stdout = run("--plans", "--motion", exit_code=1).output
+    assert "--plans has no cycles: expected no --motion" in " ".join(stdout.split())
 
 
 def test_replay_is_a_page_for_the_browser(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     seed = next(s for s in range(100) if 0 < len(draw_motion_world(s).acts) < 40)
-    told = run("--motion", "--seed", str(seed), "--replay", "--scope").stdout.splitlines()
-    assert told[-1].startswith(f"seed-{seed}.html: the last ")
-    assert told[-2] in (tmp_path / f"seed-{seed}.html").read_text(encoding="utf-8")
+    output = run("--motion", "--seed", str(seed), "--replay", "--scope").stdout.splitlines()
+    assert output[-1].startswith(f"seed-{seed}.html: the last ")
+    assert output[-2] in (tmp_path / f"seed-{seed}.html").read_text(encoding="utf-8")
 
 
 def test_replay_shows_acts_and_digest() -> None:
-    told = run("--seed", str(SHORT), "--replay").stdout.splitlines()
-    assert told[0].split() == ["0.000", "s", "client", "0", "dial"]
-    assert told[-1].startswith(f"seed {SHORT}: no violation in ")
+    output = run("--seed", str(SHORT), "--replay").stdout.splitlines()
+    assert output[0].split() == ["0.000", "s", "client", "0", "dial"]
+    assert output[-1].startswith(f"seed {SHORT}: no violation in ")
 
 
 def test_violated_invariant_of_a_user_is_kept_as_a_small_test(tmp_path: Path) -> None:
     (tmp_path / "station.toml").write_text(STATION)
     (tmp_path / "mine.py").write_text(MINE)
-    kept = tmp_path / "test_found.py"
-    told = run(
+    file = tmp_path / "test_found.py"
+    output = run(
         *(str(tmp_path), "--invariants", str(tmp_path / "mine.py"), "--seed", "3", "--runs", "2"),
-        *("--keep", str(kept)),
+        *("--keep", str(file)),
         exit_code=1,
     ).stdout
-    assert "failed: check_never_enabled: at " in told
-    assert f"  achse swarm {tmp_path} --seed " in told
-    assert f" --replay --invariants {tmp_path / 'mine.py'}\n" in told
-    assert "acts" in told.splitlines()[-1]
-    source = kept.read_text()
+    assert "failed: check_never_enabled: at " in output
+    assert f"  achse swarm {tmp_path} --seed " in output
+    assert f" --replay --invariants {tmp_path / 'mine.py'}\n" in output
+    assert "acts" in output.splitlines()[-1]
+    source = file.read_text()
     assert source.count('"kind": ') <= 4
-    found: dict[str, Any] = {}
-    exec(compile(source, "kept", "exec"), found)
+    namespace: dict[str, Any] = {}
+    exec(compile(source, "kept", "exec"), namespace)
     with pytest.raises(AssertionError):
-        found["test_check_never_enabled_holds"]()
+        namespace["test_check_never_enabled_holds"]()
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
@@ -106,13 +106,13 @@ def test_a_signal_ends_a_campaign_with_its_sums(
         return {"world": seed, "invariant": "", "what": "", "moves": 3}
 
     monkeypatch.setattr("achse.swarm.campaign.run", interrupted)
-    told = run("--seed", "5", "--runs", "9", "--json", exit_code=128 + number).stdout
-    facts = json.loads(told)
+    stdout = run("--seed", "5", "--runs", "9", "--json", exit_code=128 + number).stdout
+    facts = json.loads(stdout)
     assert (facts["seeds"], facts["moves"]) == (seeds, 3 * seeds)
 
 
 @pytest.mark.parametrize(
-    ("arguments", "told"),
+    ("arguments", "message"),
     [
         (["nowhere"], "expected a station.toml"),
         (["--workers", "2", "--for", "1"], "--workers needs --runs"),
@@ -120,5 +120,5 @@ def test_a_signal_ends_a_campaign_with_its_sums(
         ([".", "--motion"], "--motion draws its own axes"),
     ],
 )
-def test_mistakes_are_named(arguments: list[str], told: str) -> None:
-    assert told in run(*arguments, exit_code=1).stderr
+def test_mistakes_are_named(arguments: list[str], message: str) -> None:
+    assert message in run(*arguments, exit_code=1).stderr

@@ -14,9 +14,9 @@ def test_page_holds_track_acts_and_end() -> None:
     for cycle in range(3):
         track.take(cycle * 2_000_000, nc)
     page = page_of("Seed 7", "a < b", wrong=True, acts=["0.1 s <dial>", "0.2 s"], track=track)
-    found = re.search(r'<script type="application/json" id="track">(.*?)</script>', page, re.DOTALL)
-    assert found is not None
-    document = json.loads(found[1])
+    match = re.search(r'<script type="application/json" id="track">(.*?)</script>', page, re.DOTALL)
+    assert match is not None
+    document = json.loads(match[1])
     assert document["names"] == ["</script>X", "Y"]
     assert document["columns"][0] == [0.0, 0.002, 0.004]
     assert len(document["columns"]) == 7

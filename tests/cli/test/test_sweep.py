@@ -31,21 +31,21 @@ def run(*arguments: str, exit_code: int = 0) -> Any:
 
 
 def test_a_table_for_people(scenario: Path) -> None:
-    told = run(
+    output = run(
         *(str(scenario), "--param", "gain=1:3:3", "--seeds", "3", "--workers", "0")
     ).stdout.splitlines()
-    assert told[0].split() == ["gain", "runs", "value", "kind"]
-    assert told[1].split() == ["1", "3", "2", "(1", "…", "3)", "even"]
-    assert told[3] == "run 6 failed: ValueError: three"
-    assert told[6].startswith("9 runs, 3 failed, ")
-    assert told[-1] == str(scenario.with_suffix(".parquet"))
+    assert output[0].split() == ["gain", "runs", "value", "kind"]
+    assert output[1].split() == ["1", "3", "2", "(1", "…", "3)", "even"]
+    assert output[3] == "run 6 failed: ValueError: three"
+    assert output[6].startswith("9 runs, 3 failed, ")
+    assert output[-1] == str(scenario.with_suffix(".parquet"))
     assert scenario.with_suffix(".parquet").exists()
 
 
 def test_facts_for_programs(scenario: Path, tmp_path: Path) -> None:
     file = tmp_path / "x.parquet"
-    told = run(str(scenario), "--param", "gain=1", "--out", str(file), "--workers", "0", "--json")
-    facts = json.loads(told.stdout)
+    result = run(str(scenario), "--param", "gain=1", "--out", str(file), "--workers", "0", "--json")
+    facts = json.loads(result.stdout)
     assert (facts["runs"], facts["failed"], facts["file"]) == (1, 0, str(file))
     assert len(facts["digest"]) == 64
 

@@ -73,8 +73,10 @@ def test_coverage_is_printed_written_and_judged(tmp_path: Path) -> None:
         "PROGRAM PRG_TEST\nVAR fbOurs : FB_Ours; END_VAR\nRUN();\nEND_PROGRAM\n"
     )
     files = [tmp_path / f"cover{ending}" for ending in (".info", ".xml", ".html", ".txt")]
-    asked = [word for file in files for word in ("--coverage-report", file)]
-    result = outcome_of(source, "--library", TCUNIT_STUB, "--coverage", "--fail-under", 60, *asked)
+    reports = [word for file in files for word in ("--coverage-report", file)]
+    result = outcome_of(
+        source, "--library", TCUNIT_STUB, "--coverage", "--fail-under", 60, *reports
+    )
     assert result.exit_code == 0, result.output
     rows = {line.split()[0]: line.split()[1:] for line in result.stdout.splitlines() if line}
     assert rows["F_Sign"] == ["60.0%", "2/3", "1/2", "4,", "3", "TRUE"]

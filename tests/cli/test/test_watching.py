@@ -32,7 +32,7 @@ def watched(folder: Path, *steps: Callable[[], object]) -> None:
         watch_project(folder, [], [], check_all=False, show=shown, pause=pause)
 
 
-def test_changes_are_checked_and_told_once(
+def test_changes_are_checked_and_reported_once(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     main, other = tmp_path / "MAIN.st", tmp_path / "Other.st"
