@@ -28,7 +28,7 @@ REAL_TIME, FIRST = ("chrt", "--fifo", "40"), ("chrt", "--fifo", "50")
 their own, higher real-time priority."""
 
 
-def _found(out: str) -> Any:
+def _report_in(out: str) -> Any:
     """The line of JSON, wherever the buffers of a library put it among its own lines."""
     return json.loads(
         next(line for line in reversed(out.splitlines()) if line.startswith(("{", "[")))
@@ -95,13 +95,13 @@ class Bus:
     def master(self, script: str, *arguments: object) -> Any:
         """Run a script of masters/ and give what it found."""
         command = self._command(script, *arguments)
-        return _found(self.run(*self._prompt, *command))
+        return _report_in(self.run(*self._prompt, *command))
 
     @contextlib.contextmanager
     def beside(self, script: str, *arguments: object, ready: str) -> Iterator[dict[str, Any]]:
         """While a script of masters/ runs, from when it says `ready` on stderr; what it found."""
         command = self._command(script, *arguments)
-        found: dict[str, Any] = {}
+        report: dict[str, Any] = {}
         with subprocess.Popen(
             [*self._inside(), *self._prompt, *map(str, command)],
             stdin=subprocess.PIPE,
@@ -111,10 +111,10 @@ class Bus:
         ) as master:
             assert master.stderr is not None
             assert master.stderr.readline() == f"{ready}\n"
-            yield found
+            yield report
             out, errors = master.communicate()
         assert master.returncode == 0, errors + out
-        found.update(_found(out))
+        report.update(_report_in(out))
 
     def run(self, *command: object) -> str:
         """Run a command beside the slaves; what it printed."""
@@ -171,11 +171,11 @@ def bus(
     unshare: list[str], prompt: tuple[str, ...], warm_commands: Any, tmp_path: Path
 ) -> Iterator[Bus]:
     """A cable in a namespace of its own."""
-    made = Bus(unshare, prompt, warm_commands.folder / "achse", tmp_path)
+    line = Bus(unshare, prompt, warm_commands.folder / "achse", tmp_path)
     try:
-        yield made
+        yield line
     finally:
-        made.end()
+        line.end()
 
 
 FRAME_FIELDS = ("-e", "frame.protocols", "-e", "_ws.malformed", "-e", "_ws.expert.severity")

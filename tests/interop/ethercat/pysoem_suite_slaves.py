@@ -101,8 +101,8 @@ class Stamps(SlaveBehaviour):
 
     def step(self, device: VirtualDevice, elapsed_ns: int) -> None:
         for n in range(COUNT):
-            told, done = f"{0x6001 + 16 * n:04X}:03", f"{0x7001 + 16 * n:04X}:02"
-            device.set_input(told, device.output(done))
+            stamp, done = f"{0x6001 + 16 * n:04X}:03", f"{0x7001 + 16 * n:04X}:02"
+            device.set_input(stamp, device.output(done))
 
     def write(self, device: VirtualDevice, index: int, subindex: int, data: bytes) -> None:
         if index == 0x1008:

@@ -56,7 +56,7 @@ class Recorded:
     """To each CoE message, the messages that came."""
     address: int = 0
     """Which words were asked for last."""
-    asked: bytes = b""
+    request: bytes = b""
     """The CoE message that waits for its answer."""
 
     @property
@@ -96,11 +96,11 @@ def _note(slave: Recorded, datagram: Datagram) -> None:
         if datagram.ado == _EEPROM_CONTROL and len(data) >= 6:
             slave.address = int.from_bytes(data[2:6], "little")
         elif datagram.ado >= _RAM and len(data) > _MAILBOX.size:
-            slave.asked = _coe(data)
+            slave.request = _coe(data)
     elif datagram.ado == _EEPROM_DATA and len(data) >= 4:
         slave.eeprom[slave.address] = data
-    elif datagram.ado >= _RAM and slave.asked and (came := _coe(data)):
-        slave.answers.setdefault(slave.asked, []).append(came)
+    elif datagram.ado >= _RAM and slave.request and (came := _coe(data)):
+        slave.answers.setdefault(slave.request, []).append(came)
 
 
 def _coe(message: bytes) -> bytes:
@@ -109,9 +109,9 @@ def _coe(message: bytes) -> bytes:
     return message[6 : 6 + length] if kind & 0x0F == MailboxProtocol.COE else b""
 
 
-def recorded_slave(found: Recorded) -> Slave:
+def recorded_slave(entry: Recorded) -> Slave:
     """A slave with that EEPROM; what nobody asked it before is not in its dictionary."""
-    image = found.image
+    image = entry.image
     content = read_sii(image)
     areas = [each.area for each in content.sync_managers]
     none = SyncManagerArea(0, 0, 0)
@@ -124,7 +124,7 @@ def recorded_slave(found: Recorded) -> Slave:
     def answer(data: bytes) -> list[bytes]:
         _, _, index, subindex, _ = _ABORT.unpack(data[:10])
         refusal = struct.pack("<HBHBI", 0x2000, 0x80, index, subindex, _NOT_THERE)
-        return found.answers.get(data, [refusal])[:1]
+        return entry.answers.get(data, [refusal])[:1]
 
     slave._mailbox = MailboxServer({MailboxProtocol.COE: answer})
     return slave

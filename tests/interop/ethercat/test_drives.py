@@ -22,10 +22,10 @@ Judge = Callable[[Path], int]
 Witness = Callable[[str], None]
 
 
-def _found(found: Any, count: int) -> None:
-    assert found["count"] == count
-    assert found["identity"] == [[VENDOR, PRODUCT]] * count
-    assert found["1018h"] == [
+def _check_slaves(report: Any, count: int) -> None:
+    assert report["count"] == count
+    assert report["identity"] == [[VENDOR, PRODUCT]] * count
+    assert report["1018h"] == [
         [4, VENDOR, PRODUCT, 0x0001_0000, serial] for serial in range(1, count + 1)
     ]
 
@@ -41,30 +41,30 @@ def test_pysoem_moves_drives(
     assert ready.startswith(f"achse drive ready interface=cable1 drives={count} type=ac")
     bus.record()
     cycles = many(CYCLES)
-    found = bus.master("pysoem_drives.py", "move", cycles)
+    report = bus.master("pysoem_drives.py", "move", cycles)
     bus.end_record()
-    _found(found, count)
-    assert found["map size"] == (15 + 23) * count
-    assert found["dc"]
-    assert found["0981h"] == [3] * count
-    assert found["1C32h"] == [[2, 4_000_000]] * count
-    assert (found["safeop"], found["op"]) == (SAFEOP, OP)
-    assert found["ready"] == [0x21] * count
-    assert found["switched on"] == [0x23] * count
-    assert found["enabled"] == [0x27] * count
-    assert found["mode"] == [8] * count
-    assert found["expected"] == 3 * count
-    assert found["counters"] == [3 * count]  # in each cycle
-    assert found["way"] == 250 * CSP_STEP
-    assert found["worst"] < 20 * CSP_STEP  # the position follows some cycles behind
-    assert all(abs(rest) < 20 for rest in found["rest"])
-    assert found["silent"] == [[SAFEOP_ERROR, WATCHDOG]] * count
-    assert found["fault"] == [FAULT] * count
-    assert found["emergencies"] == found["603Fh"]
-    assert all(code >> 8 == 0xFF for code in found["603Fh"])
-    assert (found["acknowledged"], found["recovered"]) == (SAFEOP, OP)
-    assert found["reset"] == [0x40] * count
-    assert found["again"] == [0x27] * count
+    _check_slaves(report, count)
+    assert report["map size"] == (15 + 23) * count
+    assert report["dc"]
+    assert report["0981h"] == [3] * count
+    assert report["1C32h"] == [[2, 4_000_000]] * count
+    assert (report["safeop"], report["op"]) == (SAFEOP, OP)
+    assert report["ready"] == [0x21] * count
+    assert report["switched on"] == [0x23] * count
+    assert report["enabled"] == [0x27] * count
+    assert report["mode"] == [8] * count
+    assert report["expected"] == 3 * count
+    assert report["counters"] == [3 * count]  # in each cycle
+    assert report["way"] == 250 * CSP_STEP
+    assert report["worst"] < 20 * CSP_STEP  # the position follows some cycles behind
+    assert all(abs(rest) < 20 for rest in report["rest"])
+    assert report["silent"] == [[SAFEOP_ERROR, WATCHDOG]] * count
+    assert report["fault"] == [FAULT] * count
+    assert report["emergencies"] == report["603Fh"]
+    assert all(code >> 8 == 0xFF for code in report["603Fh"])
+    assert (report["acknowledged"], report["recovered"]) == (SAFEOP, OP)
+    assert report["reset"] == [0x40] * count
+    assert report["again"] == [0x27] * count
     assert judge(bus.capture) > 2 * cycles
 
 
@@ -72,13 +72,13 @@ def test_pysoem_adds_an_object_to_the_mapping(bus: Any, judge: Judge, witness: W
     witness("pysoem")
     bus.drives("--count", 2, "--code", "plain")
     bus.record()
-    found = bus.master("pysoem_drives.py", "remap")
+    report = bus.master("pysoem_drives.py", "remap")
     bus.end_record()
-    _found(found, 2)
-    assert found["in SafeOp"] == "0x6010002"
-    assert found["sizes"] == [[19, 23], [15, 23]]
-    assert (found["safeop"], found["op"]) == (SAFEOP, OP)
-    assert found["607Fh"] == 4711
+    _check_slaves(report, 2)
+    assert report["in SafeOp"] == "0x6010002"
+    assert report["sizes"] == [[19, 23], [15, 23]]
+    assert (report["safeop"], report["op"]) == (SAFEOP, OP)
+    assert report["607Fh"] == 4711
     assert judge(bus.capture) > 200
 
 
@@ -88,9 +88,9 @@ def test_each_wrong_step_of_the_mapping_procedure_has_its_code(
     witness("pysoem")
     bus.drives("--code", "plain")
     bus.record()
-    found = bus.master("pysoem_objects.py", "steps")
+    report = bus.master("pysoem_objects.py", "steps")
     bus.end_record()
-    assert found["aborts"] == {
+    assert report["aborts"] == {
         "count while assigned": "0x6010000",
         "entry while assigned": "0x6010000",
         "PDO while assigned": "0x6010000",
@@ -108,7 +108,7 @@ def test_each_wrong_step_of_the_mapping_procedure_has_its_code(
         "two PDOs": "0x6090030",
         "count not a byte": "0x6010000",
     }
-    assert found["mapped"] == ["02", "10004060", "20007a60"]
+    assert report["mapped"] == ["02", "10004060", "20007a60"]
     assert judge(bus.capture) > 100
 
 
@@ -118,9 +118,9 @@ def test_pysoem_lists_the_whole_dictionary_and_reads_it_both_ways(
     witness("pysoem")
     bus.drives("--code", "plain")
     bus.record()
-    found = bus.master("pysoem_objects.py", "dictionary")
+    report = bus.master("pysoem_objects.py", "dictionary")
     bus.end_record()
-    listed = found["objects"]
+    listed = report["objects"]
     assert [each[:4] for each in listed] == [
         [each.index, each.name[:LONGEST_NAME], each.code, each.data_type] for each in OBJECTS
     ]
@@ -136,8 +136,8 @@ def test_pysoem_lists_the_whole_dictionary_and_reads_it_both_ways(
                     row.type.bits,
                     row.access_word,
                 )
-    assert found["records"] == sum(each.code != 7 for each in OBJECTS)
-    assert found["differs"] == []
+    assert report["records"] == sum(each.code != 7 for each in OBJECTS)
+    assert report["differs"] == []
     assert judge(bus.capture) > 1000
 
 
@@ -147,26 +147,26 @@ def test_pysoem_homes_a_drive_and_moves_it_in_the_profile_modes(
     witness("pysoem")
     bus.drives("--code", "plain")
     bus.record()
-    found = bus.master("pysoem_modes.py", "modes")
+    report = bus.master("pysoem_modes.py", "modes")
     bus.end_record()
-    assert (found["safeop"], found["op"], found["enabled"]) == (SAFEOP, OP, True)
-    assert found["hm"]["mode"]
-    assert found["hm"]["done"]
-    assert abs(found["hm"]["position"] - 1000) < 100  # 607Ch is where home is
-    assert found["pp"]["mode"]
-    assert found["pp"]["absolute"][:3] == [True, True, True]
-    assert abs(found["pp"]["absolute"][3] - 100_000) < 20
-    assert found["pp"]["relative"][:3] == [True, True, True]
-    assert abs(found["pp"]["relative"][3] - 70_000) < 20
-    assert found["pv"]["mode"]
-    assert found["pv"]["reached"]
-    assert found["pv"]["velocity"] == pytest.approx(150_000, rel=0.02)
-    assert found["pv"]["stopped"]
-    assert found["tq"]["mode"]
-    assert found["tq"]["6077h"] == pytest.approx(60, abs=3)
-    assert found["tq"]["faster"] > 10_000
-    assert abs(found["tq"]["zero"]) <= 3
-    assert (found["tq"]["6041h"], found["tq"]["603Fh"]) == (0x27, 0)
+    assert (report["safeop"], report["op"], report["enabled"]) == (SAFEOP, OP, True)
+    assert report["hm"]["mode"]
+    assert report["hm"]["done"]
+    assert abs(report["hm"]["position"] - 1000) < 100  # 607Ch is where home is
+    assert report["pp"]["mode"]
+    assert report["pp"]["absolute"][:3] == [True, True, True]
+    assert abs(report["pp"]["absolute"][3] - 100_000) < 20
+    assert report["pp"]["relative"][:3] == [True, True, True]
+    assert abs(report["pp"]["relative"][3] - 70_000) < 20
+    assert report["pv"]["mode"]
+    assert report["pv"]["reached"]
+    assert report["pv"]["velocity"] == pytest.approx(150_000, rel=0.02)
+    assert report["pv"]["stopped"]
+    assert report["tq"]["mode"]
+    assert report["tq"]["6077h"] == pytest.approx(60, abs=3)
+    assert report["tq"]["faster"] > 10_000
+    assert abs(report["tq"]["zero"]) <= 3
+    assert (report["tq"]["6041h"], report["tq"]["603Fh"]) == (0x27, 0)
     assert judge(bus.capture) > 1000
 
 
@@ -174,9 +174,9 @@ def test_kickcat_brings_a_drive_to_op(bus: Any, judge: Judge, witness: Witness) 
     witness("kickcat")
     bus.drives("--code", "plain")
     bus.record()
-    found = bus.master("kickcat_drive.py")
+    report = bus.master("kickcat_drive.py")
     bus.end_record()
-    assert found == {
+    assert report == {
         "1018h": [VENDOR, PRODUCT],
         "inputs": 23,
         "op": "State.OPERATIONAL",
@@ -189,10 +189,10 @@ def test_pysoem_writes_an_alias_into_the_eeprom(bus: Any, judge: Judge, witness:
     witness("pysoem")
     bus.drives("--code", "plain")
     bus.record()
-    found = bus.master("pysoem_eeprom.py", "alias")
+    report = bus.master("pysoem_eeprom.py", "alias")
     bus.end_record()
-    assert (found["valid"], found["vendor"], found["written"]) == (True, VENDOR, True)
-    assert (found["before"], found["count"], found["after"]) == (0, 1, 0x1234)
+    assert (report["valid"], report["vendor"], report["written"]) == (True, VENDOR, True)
+    assert (report["before"], report["count"], report["after"]) == (0, 1, 0x1234)
     assert judge(bus.capture) > 100
 
 
@@ -202,17 +202,17 @@ def test_faults_come_from_the_command_line_while_a_master_exchanges(
     witness("pysoem")
     bus.drives("--count", 2, "--code", "plain")
     bus.record()
-    with bus.beside("pysoem_faults.py", "watch", ready="in Op") as found:
+    with bus.beside("pysoem_faults.py", "watch", ready="in Op") as report:
         bus.run(bus.achse, "fault", "add", "--served", "alarm", "code=AL.720", "drive=1")
         bus.run(bus.achse, "fault", "add", "--served", "link_break", "drive=2")
         watched = bus.run(bus.achse, "bus", "state", "--served", "--json")
         bus.run(bus.achse, "fault", "clear", "--served")
     bus.end_record()
     assert [each["alarm"] for each in json.loads(watched)] == ["AL.720", ""]
-    assert found["op"] == OP
-    assert found["counters"] == [6, 3]  # the second drive was out of reach for a while
-    assert found["alarms"] == [0, 0xFF19]
-    assert found["state"] == [OP, OP]
+    assert report["op"] == OP
+    assert report["counters"] == [6, 3]  # the second drive was out of reach for a while
+    assert report["alarms"] == [0, 0xFF19]
+    assert report["state"] == [OP, OP]
     assert judge(bus.capture) > 300
 
 
@@ -222,7 +222,7 @@ def test_a_drive_on_the_wire_passes_the_conformance_check(
     witness("pysoem")
     bus.drives("--code", "plain")
     bus.record()
-    found = bus.master("pysoem_check.py", "check")
+    report = bus.master("pysoem_check.py", "check")
     bus.end_record()
-    assert found == {"count": 1, "faults": []}
+    assert report == {"count": 1, "faults": []}
     assert judge(bus.capture) > 2000

@@ -36,14 +36,14 @@ def line(bus: Any, tmp_path: Path) -> Any:
 def test_pysoem(line: Any, judge: Callable[[Path], int], witness: Callable[[str], None]) -> None:
     witness("pysoem")
     line.record()
-    found = line.master("pysoem_esi.py")
+    report = line.master("pysoem_esi.py")
     line.end_record()
-    assert found["count"] == 4
-    assert found["names"] == ["EK", "DI8", "DO8", "AIO"]
-    assert found["states"] == [OP] * 4, found["codes"]
-    assert found["sizes"] == [[0, 0], [0, 1], [1, 0], [2, 4]]
-    assert found["counter"][0] == found["counter"][1]
-    assert found["inputs"][3] == found["sent"][3] + "0000"
+    assert report["count"] == 4
+    assert report["names"] == ["EK", "DI8", "DO8", "AIO"]
+    assert report["states"] == [OP] * 4, report["codes"]
+    assert report["sizes"] == [[0, 0], [0, 1], [1, 0], [2, 4]]
+    assert report["counter"][0] == report["counter"][1]
+    assert report["inputs"][3] == report["sent"][3] + "0000"
     assert judge(line.capture) > 100
 
 
@@ -61,9 +61,9 @@ def test_pysoem_after_an_attack(line: Any, witness: Callable[[str], None], tmp_p
     for _ in range(2):
         sent = line.master("attack.py", file)
         assert sent["sent"] == len(packets)
-        found = line.master("pysoem_esi.py")
-        assert found["states"] == [OP] * 4, found["codes"]
-        assert found["counter"][0] == found["counter"][1]
+        report = line.master("pysoem_esi.py")
+        assert report["states"] == [OP] * 4, report["codes"]
+        assert report["counter"][0] == report["counter"][1]
 
 
 @pytest.mark.skipif(not SUITE, reason="ACHSE_PYSOEM_TESTS names no folder")
@@ -85,7 +85,7 @@ def test_own_tests_of_pysoem(bus: Any, witness: Callable[[str], None], tmp_path:
 
 def test_kickcat(line: Any, witness: Callable[[str], None]) -> None:
     witness("kickcat")
-    found = line.master("kickcat_esi.py")
-    assert found["count"] == 4
-    assert found["op"] == ["State.OPERATIONAL"] * 4
-    assert found["inputs"][1:] == ["00", "", "00000000"]
+    report = line.master("kickcat_esi.py")
+    assert report["count"] == 4
+    assert report["op"] == ["State.OPERATIONAL"] * 4
+    assert report["inputs"][1:] == ["00", "", "00000000"]

@@ -20,14 +20,14 @@ OP = 8
 @pytest.mark.parametrize("count", [1, 8])
 def test_drives_of_another_process_are_found_and_moved(bus: Any, count: int) -> None:
     bus.drives("--count", count)
-    found = bus.master("achse_master.py", 500, 200)
-    assert (found["count"], found["trouble"]) == (count, [""] * count)
-    assert found["identity"] == [[VENDOR, PRODUCT]] * count
-    assert found["states"] == [OP] * count, found["events"]
-    assert found["operational"] == 500
-    assert found["delays"] == [300 * number for number in range(count)]
-    assert found["enabled"] == list(range(count))
-    assert all(moved > 1000 for moved in found["moved"])
+    report = bus.master("achse_master.py", 500, 200)
+    assert (report["count"], report["trouble"]) == (count, [""] * count)
+    assert report["identity"] == [[VENDOR, PRODUCT]] * count
+    assert report["states"] == [OP] * count, report["events"]
+    assert report["operational"] == 500
+    assert report["delays"] == [300 * number for number in range(count)]
+    assert report["enabled"] == list(range(count))
+    assert all(moved > 1000 for moved in report["moved"])
 
 
 def test_coe_over_ads_is_what_sdo_gives_on_the_wire(
@@ -74,30 +74,30 @@ def simulate(bus: Any, *slaves: str) -> None:
 def test_drives_of_kickcat_are_found_and_moved(bus: Any) -> None:
     """Three of its simulated drives with motors: other registers, EEPROM, objects than ours."""
     simulate(bus, *["ecat402-drive.json"] * 3)
-    found = bus.master("achse_master.py", 300, 200)
-    assert (found["count"], found["trouble"]) == (3, [""] * 3)
-    assert found["identity"] == [[0x29C, 0x03B1_1002]] * 3
-    assert found["states"] == [OP] * 3, found["events"]
-    assert found["operational"] == 300
-    assert found["enabled"] == [0, 1, 2]
+    report = bus.master("achse_master.py", 300, 200)
+    assert (report["count"], report["trouble"]) == (3, [""] * 3)
+    assert report["identity"] == [[0x29C, 0x03B1_1002]] * 3
+    assert report["states"] == [OP] * 3, report["events"]
+    assert report["operational"] == 300
+    assert report["enabled"] == [0, 1, 2]
 
 
 def test_slaves_of_several_kinds_share_a_bus(bus: Any) -> None:
     """Two of its slaves by their EEPROM images, whose objects tell the mapping, and a drive."""
     kinds = ("freedom-k64f.json", "xmc4800.json", "ecat402-drive.json")
     simulate(bus, *kinds)
-    found = bus.master("achse_master.py", 300, 200)
-    assert (found["count"], found["trouble"]) == (3, [""] * 3)
-    assert found["identity"] == [[0x79A, 0xDEFEDE], [0x1337, 0x4800], [0x29C, 0x03B1_1002]]
-    assert found["states"] == [OP] * 3, found["events"]
-    assert found["enabled"] == [2]
-    assert found["moved"][0] > 1000
+    report = bus.master("achse_master.py", 300, 200)
+    assert (report["count"], report["trouble"]) == (3, [""] * 3)
+    assert report["identity"] == [[0x79A, 0xDEFEDE], [0x1337, 0x4800], [0x29C, 0x03B1_1002]]
+    assert report["states"] == [OP] * 3, report["events"]
+    assert report["enabled"] == [2]
+    assert report["moved"][0] > 1000
 
 
 def test_station_moves_unmodified_drives_of_kickcat(bus: Any) -> None:
     """They have neither bit 9 nor bit 10 nor bit 12 of 6041h; without the keys it says so."""
     simulate(bus, *["ecat402-drive.json"] * 2)
-    told = bus.master("achse_foreign_drives.py")
-    assert all("bit 12 of 6041h is 0" in each for each in told), told
+    errors = bus.master("achse_foreign_drives.py")
+    assert all("bit 12 of 6041h is 0" in each for each in errors), errors
     positions = bus.master("achse_foreign_drives.py", "following_bit", "remote_bit", "reached_bit")
     assert positions == pytest.approx([50.0, 50.0], abs=2.0)

@@ -51,9 +51,9 @@ def test_each_frame_is_read_and_answers_are_known_as_such(capture: Path) -> None
             assert all(map(same_request, sent, frame.datagrams))
 
 
-def scanned(found: list[Recorded]) -> list[ScannedSlave]:
+def scanned(slaves: list[Recorded]) -> list[ScannedSlave]:
     """What our master finds on a segment of these slaves."""
-    segment = Segment(map(recorded_slave, found))
+    segment = Segment(map(recorded_slave, slaves))
     traffic = AcyclicTraffic(10 * MS)
     job = traffic.start(scan_bus())
     now = 0
@@ -68,12 +68,12 @@ def scanned(found: list[Recorded]) -> list[ScannedSlave]:
     return job.result()
 
 
-def assigned(found: Recorded, index: int) -> list[int] | None:
+def assigned(slave: Recorded, index: int) -> list[int] | None:
     """The PDOs that a slave told to be assigned; None if nobody asked for all of them."""
 
     def value(subindex: int) -> int | None:
         question = struct.pack("<HBHB4x", 0x2000, 0x40, index, subindex)
-        answers = found.answers.get(question, [])
+        answers = slave.answers.get(question, [])
         if not answers or answers[0][2] & 0xE0 != 0x40:
             return None
         return int.from_bytes(answers[0][6:8], "little")

@@ -184,6 +184,6 @@ def test_pysoem_brings_it_to_op(
     image = tmp_path / "eeprom.bin"
     image.write_bytes(eeprom_of(SOURCE))
     bus.slaves("soes_slave.py", library, image)
-    found = bus.master("pysoem_esi.py")
-    assert (found["count"], found["states"]) == (1, [OP]), found["codes"]
-    assert found["sizes"] == [[2, 1]]
+    report = bus.master("pysoem_esi.py")
+    assert (report["count"], report["states"]) == (1, [OP]), report["codes"]
+    assert report["sizes"] == [[2, 1]]

@@ -22,21 +22,21 @@ INVALID, NOT_READY = 0x4655, 0x4650
 
 def test_whatever_breaks_is_an_axis_error_over_ads_and_recovers(bus: Any) -> None:
     bus.serve("sh", "-c", NOBODY)
-    found = bus.master("achse_station.py")
-    assert found["echo"], "terminals share the bus"
-    assert found["cable"] == {"errors": [INVALID, INVALID], "recovered": True}
-    assert found["killed"] == {"errors": [INVALID, INVALID], "recovered": True}
-    assert found["safeop"]["errors"][0] == INVALID
-    assert found["alarm"]["errors"][0] == NOT_READY
-    assert found["safeop"]["recovered"]
-    assert found["alarm"]["recovered"]
-    assert found["statistics"]["round_trips"] > 0
-    assert found["statistics"]["trouble"] == ""
+    report = bus.master("achse_station.py")
+    assert report["echo"], "terminals share the bus"
+    assert report["cable"] == {"errors": [INVALID, INVALID], "recovered": True}
+    assert report["killed"] == {"errors": [INVALID, INVALID], "recovered": True}
+    assert report["safeop"]["errors"][0] == INVALID
+    assert report["alarm"]["errors"][0] == NOT_READY
+    assert report["safeop"]["recovered"]
+    assert report["alarm"]["recovered"]
+    assert report["statistics"]["round_trips"] > 0
+    assert report["statistics"]["trouble"] == ""
 
 
 def test_a_cut_cable_of_a_line_between_two_interfaces_stops_no_axis(bus: Any) -> None:
     bus.serve("sh", "-c", NOBODY)
-    found = bus.master("achse_ring.py")
+    report = bus.master("achse_ring.py")
     first, second = (
         {"state": state, "opening": opening, "moved": True, "errors": [0, 0]}
         for state, opening in (
@@ -44,13 +44,13 @@ def test_a_cut_cable_of_a_line_between_two_interfaces_stops_no_axis(bus: Any) ->
             (0x000C, "between Drive 2 (axis 2) and the second adapter"),
         )
     )
-    assert [found[end] for end in ("cable1", "cable0", "cable3", "cable2")] == [first] * 2 + [
+    assert [report[end] for end in ("cable1", "cable0", "cable3", "cable2")] == [first] * 2 + [
         second
     ] * 2
-    assert found["both"] == {"errors": [INVALID, INVALID], "recovered": True}
-    told = found["statistics"]
-    assert (told["interface"], told["second_interface"]) == ("cable0", "cable2")
-    assert (told["trouble"], told["ring_open"]) == ("", "")
+    assert report["both"] == {"errors": [INVALID, INVALID], "recovered": True}
+    statistics = report["statistics"]
+    assert (statistics["interface"], statistics["second_interface"]) == ("cable0", "cable2")
+    assert (statistics["trouble"], statistics["ring_open"]) == ("", "")
 
 
 ONE_CABLE = (
@@ -104,6 +104,6 @@ def test_the_commands_of_the_how_to(
             [warm_commands.folder / "achse", "stop", "--all"], env=environment, capture_output=True
         )
     assert shell.returncode == 0, printed
-    for told in shown:
-        assert told in printed
+    for message in shown:
+        assert message in printed
     assert "→ 0.0" in printed or "→ -0.0" in printed

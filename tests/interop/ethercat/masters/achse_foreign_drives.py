@@ -22,7 +22,7 @@ MAPPING = {"outputs": [0x6040, 0x607A, 0x60FF, 0x6060], "inputs": [0x6041, 0x606
 
 
 async def run(station: Station) -> list[Any]:
-    found: list[Any] = []
+    positions: list[Any] = []
     async with station.running("127.0.0.1", 0) as running:
         where = f"127.0.0.1:{running.tcp_port}"
         async with achse.connect(where, port=501) as nc:
@@ -36,10 +36,10 @@ async def run(station: Station) -> list[Any]:
                 try:
                     await axis.enable(within=3.0)
                     await axis.move_to(TARGET, velocity=100.0)
-                    found.append(await axis.position())
+                    positions.append(await axis.position())
                 except AxisError as failure:
-                    found.append(str(failure))
-    return found
+                    positions.append(str(failure))
+    return positions
 
 
 def main() -> None:

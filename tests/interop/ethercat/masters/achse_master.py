@@ -44,14 +44,14 @@ def main() -> None:
     step = int(rest[0]) if rest else 0
     link = EthernetLink(interface)
     answer_promptly()
-    found = do_steps(link, scan_bus())
+    slaves = do_steps(link, scan_bus())
     report: dict[str, Any] = {
-        "count": len(found),
-        "identity": [list(each.facts.identity[:2]) for each in found],
-        "trouble": [each.trouble for each in found],
+        "count": len(slaves),
+        "identity": [list(each.facts.identity[:2]) for each in slaves],
+        "trouble": [each.trouble for each in slaves],
         "delays": [],
     }
-    configured = tuple(each.configuration for each in found)
+    configured = tuple(each.configuration for each in slaves)
     master = Master(BusConfiguration(configured, cycle_ns=CYCLE_NS))
     bus = BusLink(master, link)
     master.request(AlState.OP)

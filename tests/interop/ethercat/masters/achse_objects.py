@@ -79,8 +79,8 @@ def main() -> None:
     interface, _, file = sys.argv[1:]
     link = EthernetLink(interface)
     answer_promptly()
-    found = do_steps(link, scan_bus(with_objects=False))
-    configured = tuple(each.configuration for each in found)
+    slaves = do_steps(link, scan_bus(with_objects=False))
+    configured = tuple(each.configuration for each in slaves)
     master = Master(BusConfiguration(configured, cycle_ns=CYCLE_NS))
     client = Client(BusLink(master, link, wait_s=0.02), master)
     master.request(AlState.PREOP)

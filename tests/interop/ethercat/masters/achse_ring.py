@@ -69,10 +69,10 @@ async def cut_one(axes: Axes, bus: Any, interface: str) -> dict[str, Any]:
         async def state() -> int:
             return int.from_bytes(await bus.read_raw(0x45, 0, 2), "little")
 
-        async def told() -> bool:
+        async def reported() -> bool:
             return bool(await state() & OPEN)
 
-        await until(told)
+        await until(reported)
         before = await axes.position(1)
         await asyncio.sleep(AWAY_S)
         report = {

@@ -67,8 +67,8 @@ class Line:
 async def until(condition: Callable[[], Any]) -> None:
     """Wait for what a coroutine or a function says."""
     while True:
-        found = condition()
-        if await found if asyncio.iscoroutine(found) else found:
+        outcome = condition()
+        if await outcome if asyncio.iscoroutine(outcome) else outcome:
             return
         await asyncio.sleep(0.02)
 
@@ -80,8 +80,8 @@ class Axes:
         self._nc, self._bus = nc, bus
 
     async def errors(self) -> list[int]:
-        found = [await self._nc.read_raw(0x4100 + n, 0x01, 4) for n in (1, 2)]
-        return [int.from_bytes(each, "little") for each in found]
+        codes = [await self._nc.read_raw(0x4100 + n, 0x01, 4) for n in (1, 2)]
+        return [int.from_bytes(each, "little") for each in codes]
 
     async def position(self, axis: int) -> float:
         return await self._nc.nc.axis(axis).position()

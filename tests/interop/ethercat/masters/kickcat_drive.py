@@ -18,19 +18,19 @@ def main() -> None:
     link = kickcat.create_link(interface, "")
     link.set_timeout(timedelta(milliseconds=int(timeout)))
     bus = kickcat.Bus(link)
-    found: dict[str, Any] = {}
+    report: dict[str, Any] = {}
     bus.init(timedelta(seconds=1))  # the watchdog
     [drive] = bus.slaves()
     bus.request_state(kickcat.State.PREOP)
     bus.wait_for_state(kickcat.State.PREOP, PATIENCE)
-    found["1018h"] = [
+    report["1018h"] = [
         int.from_bytes(
             bus.read_sdo(drive, 0x1018, subindex, kickcat.Access.PARTIAL, 4, PATIENCE), "little"
         )
         for subindex in (1, 2)
     ]
     bus.create_mapping()
-    found["inputs"] = len(drive.input_data)
+    report["inputs"] = len(drive.input_data)
     bus.request_state(kickcat.State.SAFE_OP)
     bus.wait_for_state(kickcat.State.SAFE_OP, PATIENCE)
 
@@ -45,15 +45,15 @@ def main() -> None:
     cycle(0)
     bus.request_state(kickcat.State.OPERATIONAL)
     bus.wait_for_state(kickcat.State.OPERATIONAL, PATIENCE, bus.process_data_no_check)
-    found["op"] = str(bus.get_state(drive))
-    found["states"] = []
+    report["op"] = str(bus.get_state(drive))
+    report["states"] = []
     for controlword, wanted in ((6, 0x21), (7, 0x23), (15, 0x27)):
         for _ in range(500):
             status = cycle(controlword) & 0x6F
             if status == wanted:
                 break
-        found["states"].append(status)
-    print(json.dumps(found))
+        report["states"].append(status)
+    print(json.dumps(report))
 
 
 if __name__ == "__main__":

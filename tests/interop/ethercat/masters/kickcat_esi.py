@@ -16,10 +16,10 @@ def main() -> None:
     link = kickcat.create_link(interface, "")
     link.set_timeout(timedelta(milliseconds=int(timeout)))
     bus = kickcat.Bus(link)
-    found: dict[str, Any] = {}
+    report: dict[str, Any] = {}
     bus.init(timedelta(seconds=1))  # the watchdog
     slaves = bus.slaves()
-    found["count"] = len(slaves)
+    report["count"] = len(slaves)
     bus.request_state(kickcat.State.PREOP)
     bus.wait_for_state(kickcat.State.PREOP, PATIENCE)
     bus.create_mapping()
@@ -28,12 +28,12 @@ def main() -> None:
     bus.process_data()
     bus.request_state(kickcat.State.OPERATIONAL)
     bus.wait_for_state(kickcat.State.OPERATIONAL, PATIENCE, bus.process_data_no_check)
-    found["op"] = [str(bus.get_state(slave)) for slave in slaves]
+    report["op"] = [str(bus.get_state(slave)) for slave in slaves]
     for _ in range(3):
         bus.process_data()
         time.sleep(0.01)
-    found["inputs"] = [bytes(slave.input_data).hex() for slave in slaves]
-    print(json.dumps(found))
+    report["inputs"] = [bytes(slave.input_data).hex() for slave in slaves]
+    print(json.dumps(report))
 
 
 if __name__ == "__main__":

@@ -16,16 +16,16 @@ def main() -> None:
     link = kickcat.create_link(interface, "")
     link.set_timeout(timedelta(milliseconds=int(timeout)))
     bus = kickcat.Bus(link)
-    found: dict[str, Any] = {}
+    report: dict[str, Any] = {}
     bus.init(timedelta(seconds=1))  # the watchdog
     slaves = bus.slaves()
-    found["count"] = len(slaves)
+    report["count"] = len(slaves)
     bus.request_state(kickcat.State.PREOP)
     bus.wait_for_state(kickcat.State.PREOP, PATIENCE)
     serial = [
         bus.read_sdo(slave, 0x1018, 4, kickcat.Access.PARTIAL, 4, PATIENCE) for slave in slaves
     ]
-    found["serial"] = [int.from_bytes(value, "little") for value in serial]
+    report["serial"] = [int.from_bytes(value, "little") for value in serial]
     bus.create_mapping()
     bus.request_state(kickcat.State.SAFE_OP)
     bus.wait_for_state(kickcat.State.SAFE_OP, PATIENCE)
@@ -34,7 +34,7 @@ def main() -> None:
     bus.process_data()
     bus.request_state(kickcat.State.OPERATIONAL)
     bus.wait_for_state(kickcat.State.OPERATIONAL, PATIENCE, bus.process_data_no_check)
-    found["op"] = [str(bus.get_state(slave)) for slave in slaves]
+    report["op"] = [str(bus.get_state(slave)) for slave in slaves]
     echoes = 0
     for n in range(100):
         for slave in slaves:
@@ -43,8 +43,8 @@ def main() -> None:
         time.sleep(0.002)
         bus.process_data()
         echoes += all(bytes(slave.input_data)[:4] == n.to_bytes(4, "little") for slave in slaves)
-    found["echoes"] = echoes
-    print(json.dumps(found))
+    report["echoes"] = echoes
+    print(json.dumps(report))
 
 
 if __name__ == "__main__":

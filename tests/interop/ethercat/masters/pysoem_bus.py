@@ -9,8 +9,8 @@ from typing import Any
 
 import pysoem
 
-Found = dict[str, Any]
-Scenario = Callable[[Any, Found], None]
+Report = dict[str, Any]
+Scenario = Callable[[Any, Report], None]
 
 READY, SWITCHED_ON, ENABLED, DISABLED, FAULT = 0x21, 0x23, 0x27, 0x40, 0x08
 STATE, FAULT_STATE = 0x6F, 0x4F
@@ -119,13 +119,13 @@ def run(scenarios: Mapping[str, Scenario]) -> None:
     """
     interface, timeout, what = sys.argv[1:4]
     pysoem.settings.timeouts.ret = 1000 * int(timeout)
-    found: Found = {}
+    report: Report = {}
     master = pysoem.Master()
     master.open(interface)
     try:
-        scenarios[what](master, found)
+        scenarios[what](master, report)
         master.state = pysoem.INIT_STATE
         master.write_state()
     finally:
         master.close()
-    print(json.dumps(found, default=bytes.decode))
+    print(json.dumps(report, default=bytes.decode))

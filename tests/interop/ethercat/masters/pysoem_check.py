@@ -2,18 +2,18 @@
 
 from typing import Any
 
-from pysoem_bus import Found, run
+from pysoem_bus import Report, run
 
 from achse.testing import ConformanceError, PysoemReach, check_drive
 
 
-def check(master: Any, found: Found) -> None:
-    found["count"] = master.config_init()
+def check(master: Any, report: Report) -> None:
+    report["count"] = master.config_init()
     try:
         check_drive(PysoemReach(master))
-        found["faults"] = []
+        report["faults"] = []
     except ConformanceError as failure:
-        found["faults"] = str(failure).splitlines()
+        report["faults"] = str(failure).splitlines()
 
 
 if __name__ == "__main__":

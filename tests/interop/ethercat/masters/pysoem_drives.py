@@ -20,7 +20,7 @@ from pysoem_bus import (
     STATE,
     SWITCHED_ON,
     Bus,
-    Found,
+    Report,
     abort_of,
     number,
     run,
@@ -34,10 +34,10 @@ RAMP = 250
 SYNC0_NS = 4_000_000
 
 
-def find(master: Any, found: Found) -> None:
-    found["count"] = master.config_init()
-    found["identity"] = [[drive.man, drive.id] for drive in master.slaves]
-    found["1018h"] = [
+def find(master: Any, report: Report) -> None:
+    report["count"] = master.config_init()
+    report["identity"] = [[drive.man, drive.id] for drive in master.slaves]
+    report["1018h"] = [
         [number(drive, 0x1018, subindex) for subindex in range(5)] for drive in master.slaves
     ]
 
@@ -51,28 +51,28 @@ def until(bus: Bus, state: int, *outputs: int, mask: int = STATE) -> list[int]:
     return [word & mask for word in seen]
 
 
-def move(master: Any, found: Found) -> None:
-    find(master, found)
+def move(master: Any, report: Report) -> None:
+    find(master, report)
     emergencies: list[int] = []
     bus = Bus(master, OUTPUTS, INPUTS)
     for drive in bus.drives:
         drive.add_emergency_callback(lambda message: emergencies.append(message.error_code))
-    found["map size"] = master.config_map()
-    found["dc"] = master.config_dc()
+    report["map size"] = master.config_map()
+    report["dc"] = master.config_dc()
     for drive in bus.drives:
         drive.dc_sync(True, SYNC0_NS)
-    found["0981h"] = [drive._fprd(0x0981, 1, PATIENCE_US)[0] for drive in bus.drives]
-    found["safeop"] = master.state_check(pysoem.SAFEOP_STATE, 500_000)
-    found["expected"] = master.expected_wkc
+    report["0981h"] = [drive._fprd(0x0981, 1, PATIENCE_US)[0] for drive in bus.drives]
+    report["safeop"] = master.state_check(pysoem.SAFEOP_STATE, 500_000)
+    report["expected"] = master.expected_wkc
     bus.put(0, CSP, 3000, 0, 0, 0)
-    found["op"] = bus.go(pysoem.OP_STATE)
-    found["1C32h"] = [
+    report["op"] = bus.go(pysoem.OP_STATE)
+    report["1C32h"] = [
         [number(drive, 0x1C32, subindex) for subindex in (1, 2)] for drive in bus.drives
     ]
     start = bus.inputs()[0][3]
-    found["ready"] = until(bus, READY, 6, CSP, 3000, start, 0, 0)
-    found["switched on"] = until(bus, SWITCHED_ON, 7, CSP, 3000, start, 0, 0)
-    found["enabled"] = until(bus, ENABLED, 15, CSP, 3000, start, 0, 0)
+    report["ready"] = until(bus, READY, 6, CSP, 3000, start, 0, 0)
+    report["switched on"] = until(bus, SWITCHED_ON, 7, CSP, 3000, start, 0, 0)
+    report["enabled"] = until(bus, ENABLED, 15, CSP, 3000, start, 0, 0)
     bus.counters.clear()
     worst = 0
     target = start
@@ -82,37 +82,37 @@ def move(master: Any, found: Found) -> None:
         worst = max(worst, *(abs(target - position) for position in positions))
     for _ in range(50):
         inputs = bus.exchange(15, CSP, 3000, target, 0, 0)
-    found["worst"] = worst
-    found["way"] = target - start
-    found["rest"] = [target - each[3] for each in inputs]
-    found["mode"] = [each[2] for each in inputs]
+    report["worst"] = worst
+    report["way"] = target - start
+    report["rest"] = [target - each[3] for each in inputs]
+    report["mode"] = [each[2] for each in inputs]
     for _ in range(int(sys.argv[4]) - RAMP - 50):
         bus.send()
-    found["counters"] = sorted(bus.counters)
+    report["counters"] = sorted(bus.counters)
     bus.watchdog(DEFAULT)
     time.sleep(0.15)
     master.read_state()
-    found["silent"] = [[drive.state, drive.al_status] for drive in bus.drives]
+    report["silent"] = [[drive.state, drive.al_status] for drive in bus.drives]
     bus.send()
-    found["fault"] = [each[1] & FAULT_STATE for each in bus.inputs()]
-    found["603Fh"] = [each[0] for each in bus.inputs()]
+    report["fault"] = [each[1] & FAULT_STATE for each in bus.inputs()]
+    report["603Fh"] = [each[0] for each in bus.inputs()]
     for drive in bus.drives:
         drive.sdo_read(0x603F, 0)
         drive.mbx_receive()
-    found["emergencies"] = emergencies
-    found["acknowledged"] = bus.go(pysoem.SAFEOP_STATE | pysoem.STATE_ACK)
-    found["recovered"] = bus.go(pysoem.OP_STATE)
+    report["emergencies"] = emergencies
+    report["acknowledged"] = bus.go(pysoem.SAFEOP_STATE | pysoem.STATE_ACK)
+    report["recovered"] = bus.go(pysoem.OP_STATE)
     until(bus, FAULT, 0, CSP, 3000, target, 0, 0, mask=FAULT_STATE)
-    found["reset"] = until(bus, DISABLED, 0x80, CSP, 3000, target, 0, 0, mask=FAULT_STATE)
+    report["reset"] = until(bus, DISABLED, 0x80, CSP, 3000, target, 0, 0, mask=FAULT_STATE)
     here = bus.inputs()[0][3]
     until(bus, READY, 6, CSP, 3000, here, 0, 0)
-    found["again"] = until(bus, ENABLED, 15, CSP, 3000, here, 0, 0)
+    report["again"] = until(bus, ENABLED, 15, CSP, 3000, here, 0, 0)
     until(bus, DISABLED, 0, CSP, 3000, here, 0, 0, mask=FAULT_STATE)
 
 
-def remap(master: Any, found: Found) -> None:
+def remap(master: Any, report: Report) -> None:
     """607Fh is added to 1600h as in the manual's example; then 607Fh is the last output."""
-    find(master, found)
+    find(master, report)
     drive = master.slaves[0]
     for index, subindex, data in (
         (0x1C12, 0, b"\0"),
@@ -124,18 +124,18 @@ def remap(master: Any, found: Found) -> None:
     ):
         drive.sdo_write(index, subindex, data)
     master.config_map()
-    found["sizes"] = [[len(each.output), len(each.input)] for each in master.slaves]
-    found["safeop"] = master.state_check(pysoem.SAFEOP_STATE, 500_000)
-    found["in SafeOp"] = abort_of(lambda: drive.sdo_write(0x1C12, 0, b"\0"))
+    report["sizes"] = [[len(each.output), len(each.input)] for each in master.slaves]
+    report["safeop"] = master.state_check(pysoem.SAFEOP_STATE, 500_000)
+    report["in SafeOp"] = abort_of(lambda: drive.sdo_write(0x1C12, 0, b"\0"))
     bus = Bus(master, OUTPUTS, INPUTS)
     for each in master.slaves:
         each.output = OUTPUTS.pack(0, CSP, 3000, 0, 0, 0)
     drive.output = OUTPUTS.pack(0, CSP, 3000, 0, 0, 0) + struct.pack("<I", 4711)
-    found["op"] = bus.go(pysoem.OP_STATE)
+    report["op"] = bus.go(pysoem.OP_STATE)
     for _ in range(20):
         bus.send()
         time.sleep(0.002)
-    found["607Fh"] = number(drive, 0x607F)
+    report["607Fh"] = number(drive, 0x607F)
 
 
 if __name__ == "__main__":

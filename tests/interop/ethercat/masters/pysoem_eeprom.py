@@ -5,7 +5,7 @@
 
 from typing import Any
 
-from pysoem_bus import PATIENCE_US, Found, run
+from pysoem_bus import PATIENCE_US, Report, run
 
 ALIAS = 0x1234
 STATION, STATION_ALIAS, RESET = 0x0010, 0x0012, 0x0040
@@ -26,22 +26,24 @@ def configuration(drive: Any) -> bytes:
     return b"".join(drive.eeprom_read(word)[:2] for word in WORDS)
 
 
-def alias(master: Any, found: Found) -> None:
+def alias(master: Any, report: Report) -> None:
     master.config_init()
     drive = master.slaves[0]
     words = bytearray(configuration(drive))
-    found["valid"] = words[14] == checksum(bytes(words))
-    found["vendor"] = int.from_bytes(drive.eeprom_read(8), "little")
+    report["valid"] = words[14] == checksum(bytes(words))
+    report["vendor"] = int.from_bytes(drive.eeprom_read(8), "little")
     words[8:10] = ALIAS.to_bytes(2, "little")
     words[14] = checksum(bytes(words))
     for word in (4, 7):
         drive.eeprom_write(word, bytes(words[2 * word : 2 * word + 2]))
-    found["written"] = configuration(drive) == bytes(words)
-    found["before"] = int.from_bytes(drive._fprd(STATION_ALIAS, 2, PATIENCE_US), "little")
+    report["written"] = configuration(drive) == bytes(words)
+    report["before"] = int.from_bytes(drive._fprd(STATION_ALIAS, 2, PATIENCE_US), "little")
     for letter in b"RES":
         drive._fpwr(RESET, bytes((letter,)), PATIENCE_US)
-    found["count"] = master.config_init()
-    found["after"] = int.from_bytes(master.slaves[0]._fprd(STATION_ALIAS, 2, PATIENCE_US), "little")
+    report["count"] = master.config_init()
+    report["after"] = int.from_bytes(
+        master.slaves[0]._fprd(STATION_ALIAS, 2, PATIENCE_US), "little"
+    )
 
 
 if __name__ == "__main__":

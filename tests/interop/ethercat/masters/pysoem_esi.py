@@ -16,13 +16,13 @@ def main() -> None:
     pysoem.settings.timeouts.ret = 1000 * int(timeout)
     master = pysoem.Master()
     master.open(interface)
-    found: dict[str, Any] = {"count": master.config_init()}
+    report: dict[str, Any] = {"count": master.config_init()}
     try:
-        found["names"] = [slave.name for slave in master.slaves]
-        found["identity"] = [[slave.man, slave.id, slave.rev] for slave in master.slaves]
-        found["map size"] = master.config_map()
-        found["dc"] = master.config_dc()
-        found["safeop"] = master.state_check(pysoem.SAFEOP_STATE, 5_000_000)
+        report["names"] = [slave.name for slave in master.slaves]
+        report["identity"] = [[slave.man, slave.id, slave.rev] for slave in master.slaves]
+        report["map size"] = master.config_map()
+        report["dc"] = master.config_dc()
+        report["safeop"] = master.state_check(pysoem.SAFEOP_STATE, 5_000_000)
         for slave in master.slaves:
             set_watchdog(slave, PATIENT_MS)
         sent = [bytes((17 * n + 5) & 0xFF for n in range(len(s.output))) for s in master.slaves]
@@ -43,17 +43,17 @@ def main() -> None:
             counter = master.receive_processdata(500_000)
             time.sleep(0.02)
         master.read_state()
-        found["states"] = [slave.state for slave in master.slaves]
-        found["codes"] = [slave.al_status for slave in master.slaves]
-        found["sizes"] = [[len(slave.output), len(slave.input)] for slave in master.slaves]
-        found["counter"] = [counter, master.expected_wkc]
-        found["sent"] = [data.hex() for data in sent]
-        found["inputs"] = [bytes(slave.input).hex() for slave in master.slaves]
+        report["states"] = [slave.state for slave in master.slaves]
+        report["codes"] = [slave.al_status for slave in master.slaves]
+        report["sizes"] = [[len(slave.output), len(slave.input)] for slave in master.slaves]
+        report["counter"] = [counter, master.expected_wkc]
+        report["sent"] = [data.hex() for data in sent]
+        report["inputs"] = [bytes(slave.input).hex() for slave in master.slaves]
         master.state = pysoem.INIT_STATE
         master.write_state()
     finally:
         master.close()
-    print(json.dumps(found))
+    print(json.dumps(report))
 
 
 if __name__ == "__main__":

@@ -8,7 +8,7 @@ import threading
 from typing import Any
 
 import pysoem
-from pysoem_bus import Bus, Found, run
+from pysoem_bus import Bus, Report, run
 from pysoem_drives import CSP, INPUTS, OUTPUTS
 
 
@@ -24,13 +24,13 @@ def ended() -> threading.Event:
     return event
 
 
-def watch(master: Any, found: Found) -> None:
+def watch(master: Any, report: Report) -> None:
     master.config_init()
     bus = Bus(master, OUTPUTS, INPUTS, cycle=0.002)
     master.config_map()
     master.state_check(pysoem.SAFEOP_STATE, 500_000)
     bus.put(0, CSP, 3000, 0, 0, 0)
-    found["op"] = bus.go(pysoem.OP_STATE)
+    report["op"] = bus.go(pysoem.OP_STATE)
     bus.watchdog(0)  # the commands take their time
     print("in Op", file=sys.stderr, flush=True)
     counters: list[int] = []
@@ -41,10 +41,10 @@ def watch(master: Any, found: Found) -> None:
         inputs = bus.exchange(0, CSP, 3000, 0, 0, 0)
         counters += [counter for counter in bus.counters if counter not in counters]
         alarms.add(inputs[0][0])
-    found["counters"] = counters
-    found["alarms"] = sorted(alarms)
+    report["counters"] = counters
+    report["alarms"] = sorted(alarms)
     master.read_state()
-    found["state"] = [drive.state for drive in bus.drives]
+    report["state"] = [drive.state for drive in bus.drives]
 
 
 if __name__ == "__main__":

@@ -13,14 +13,14 @@ from pysoem_bus import DEFAULT, PATIENT, set_watchdog
 def main() -> None:
     interface, timeout = sys.argv[1:]
     pysoem.settings.timeouts.ret = 1000 * int(timeout)
-    found: dict[str, Any] = {}
+    report: dict[str, Any] = {}
     master = pysoem.Master()
     master.open(interface)
     try:
-        run(master, found)
+        run(master, report)
     finally:
         master.close()
-    print(json.dumps(found, default=bytes.decode))
+    print(json.dumps(report, default=bytes.decode))
 
 
 def exchange(master: Any) -> int:
@@ -33,21 +33,21 @@ def watchdog(master: Any, milliseconds: float) -> None:
         set_watchdog(slave, milliseconds)
 
 
-def run(master: Any, found: dict[str, Any]) -> None:
-    found["count"] = master.config_init()
+def run(master: Any, report: dict[str, Any]) -> None:
+    report["count"] = master.config_init()
     slaves = master.slaves
-    found["names"] = [slave.name for slave in slaves]
-    found["identity"] = [[slave.man, slave.id, slave.rev] for slave in slaves]
-    found["serial"] = [int.from_bytes(slave.sdo_read(0x1018, 4), "little") for slave in slaves]
+    report["names"] = [slave.name for slave in slaves]
+    report["identity"] = [[slave.man, slave.id, slave.rev] for slave in slaves]
+    report["serial"] = [int.from_bytes(slave.sdo_read(0x1018, 4), "little") for slave in slaves]
     first = slaves[0]
-    found["name object"] = first.sdo_read(0x1008, 0).decode()
+    report["name object"] = first.sdo_read(0x1008, 0).decode()
     long = bytes(range(256)) * 4
     first.sdo_write(0x2000, 0, long)
-    found["long"] = first.sdo_read(0x2000, 0, 4096) == long
+    report["long"] = first.sdo_read(0x2000, 0, 4096) == long
     first.sdo_write(0x2000, 0, b"short")
-    found["short"] = first.sdo_read(0x2000, 0).decode()
-    found["complete"] = first.sdo_read(0x1C12, 0, 64, True).hex()
-    found["aborts"] = {}
+    report["short"] = first.sdo_read(0x2000, 0).decode()
+    report["complete"] = first.sdo_read(0x1C12, 0, 64, True).hex()
+    report["aborts"] = {}
     calls: dict[str, Callable[[], object]] = {
         "no object": lambda: first.sdo_read(0x5000, 0),
         "no subindex": lambda: first.sdo_read(0x1018, 9),
@@ -57,19 +57,19 @@ def run(master: Any, found: dict[str, Any]) -> None:
         try:
             call()
         except pysoem.SdoError as error:
-            found["aborts"][name] = hex(error.abort_code)
+            report["aborts"][name] = hex(error.abort_code)
     dictionary = first.od
-    found["dictionary"] = [[each.index, each.name, len(each.entries)] for each in dictionary]
-    found["map size"] = master.config_map()
-    found["dc"] = master.config_dc()
+    report["dictionary"] = [[each.index, each.name, len(each.entries)] for each in dictionary]
+    report["map size"] = master.config_map()
+    report["dc"] = master.config_dc()
     first.dc_sync(True, 1_000_000)
-    found["safeop"] = master.state_check(pysoem.SAFEOP_STATE, 5_000_000)
+    report["safeop"] = master.state_check(pysoem.SAFEOP_STATE, 5_000_000)
     watchdog(master, PATIENT)
     exchange(master)
     master.state = pysoem.OP_STATE
     master.write_state()
-    found["op"] = master.state_check(pysoem.OP_STATE, 5_000_000)
-    found["expected"] = master.expected_wkc
+    report["op"] = master.state_check(pysoem.OP_STATE, 5_000_000)
+    report["expected"] = master.expected_wkc
     counters = set()
     echoes = 0
     for n in range(1000):
@@ -80,24 +80,24 @@ def run(master: Any, found: dict[str, Any]) -> None:
         echoes += slaves[-1].input == n.to_bytes(4, "little") or slaves[-1].input == max(
             n - 1, 0
         ).to_bytes(4, "little")
-    found["counters"] = sorted(counters)
-    found["echoes"] = echoes
+    report["counters"] = sorted(counters)
+    report["echoes"] = echoes
     watchdog(master, DEFAULT)
     time.sleep(0.15)
     master.read_state()
-    found["silent"] = [[slave.state, slave.al_status] for slave in slaves]
+    report["silent"] = [[slave.state, slave.al_status] for slave in slaves]
     watchdog(master, PATIENT)
     exchange(master)
     master.state = pysoem.SAFEOP_STATE | pysoem.STATE_ACK
     master.write_state()
-    found["acknowledged"] = master.state_check(pysoem.SAFEOP_STATE, 5_000_000)
+    report["acknowledged"] = master.state_check(pysoem.SAFEOP_STATE, 5_000_000)
     exchange(master)
     master.state = pysoem.OP_STATE
     master.write_state()
-    found["recovered"] = master.state_check(pysoem.OP_STATE, 5_000_000)
+    report["recovered"] = master.state_check(pysoem.OP_STATE, 5_000_000)
     master.state = pysoem.INIT_STATE
     master.write_state()
-    found["init"] = master.state_check(pysoem.INIT_STATE, 5_000_000)
+    report["init"] = master.state_check(pysoem.INIT_STATE, 5_000_000)
 
 
 if __name__ == "__main__":

@@ -4,7 +4,7 @@ import struct
 from typing import Any
 
 import pysoem
-from pysoem_bus import ENABLED, READY, STATE, Bus, Found, number, run
+from pysoem_bus import ENABLED, READY, STATE, Bus, Report, number, run
 
 OUTPUTS = struct.Struct("<HbhHiHiI")  # 1603h: controlword, mode, torque, max torque, position, …
 INPUTS = struct.Struct("<HbiihHiI")  # 1A03h: statusword, mode, position, velocity, torque, …
@@ -57,7 +57,7 @@ class Axis:
         return False
 
 
-def modes(master: Any, found: Found) -> None:
+def modes(master: Any, report: Report) -> None:
     master.config_init()
     drive = master.slaves[0]
     for assignment, pdo in ((0x1C12, 0x1603), (0x1C13, 0x1A03)):
@@ -65,27 +65,27 @@ def modes(master: Any, found: Found) -> None:
         drive.sdo_write(assignment, 1, struct.pack("<H", pdo))
         drive.sdo_write(assignment, 0, b"\1")
     master.config_map()
-    found["safeop"] = master.state_check(pysoem.SAFEOP_STATE, 500_000)
+    report["safeop"] = master.state_check(pysoem.SAFEOP_STATE, 500_000)
     bus = Bus(master, OUTPUTS, INPUTS, cycle=0.002)
     axis = Axis(bus)
-    found["op"] = bus.go(pysoem.OP_STATE)
+    report["op"] = bus.go(pysoem.OP_STATE)
     axis.cycle(5)
     axis.control(6)
     axis.until(STATE, READY)
     axis.control(15)
-    found["enabled"] = axis.until(STATE, ENABLED)
-    home(axis, drive, found)
-    position(axis, drive, found)
-    velocity(axis, drive, found)
-    torque(axis, drive, found)
+    report["enabled"] = axis.until(STATE, ENABLED)
+    home(axis, drive, report)
+    position(axis, drive, report)
+    velocity(axis, drive, report)
+    torque(axis, drive, report)
     axis.control(0)
     axis.cycle(10)
 
 
-def home(axis: Axis, drive: Any, found: Found) -> None:
+def home(axis: Axis, drive: Any, report: Report) -> None:
     """Method 33: to the next index pulse in negative direction."""
     result: dict[str, Any] = {"mode": axis.enter(HM)}
-    found["hm"] = result
+    report["hm"] = result
     drive.sdo_write(0x6098, 0, struct.pack("<b", 33))
     drive.sdo_write(0x6099, 2, struct.pack("<I", 60_000))
     drive.sdo_write(0x607C, 0, struct.pack("<i", 1000))
@@ -97,10 +97,10 @@ def home(axis: Axis, drive: Any, found: Found) -> None:
     axis.control(0x0F)
 
 
-def position(axis: Axis, drive: Any, found: Found) -> None:
+def position(axis: Axis, drive: Any, report: Report) -> None:
     """Absolute, then relative; the handshake of each."""
     result: dict[str, Any] = {"mode": axis.enter(PP)}
-    found["pp"] = result
+    report["pp"] = result
     drive.sdo_write(0x6081, 0, struct.pack("<I", 200_000))
     drive.sdo_write(0x6083, 0, struct.pack("<I", 2_000_000))
     drive.sdo_write(0x6084, 0, struct.pack("<I", 2_000_000))
@@ -116,9 +116,9 @@ def position(axis: Axis, drive: Any, found: Found) -> None:
         result[name] = [taken, released, reached, axis.position]
 
 
-def velocity(axis: Axis, drive: Any, found: Found) -> None:
+def velocity(axis: Axis, drive: Any, report: Report) -> None:
     result: dict[str, Any] = {"mode": axis.enter(PV)}
-    found["pv"] = result
+    report["pv"] = result
     axis.velocity = 150_000
     axis.cycle(20)
     result["reached"] = axis.until(REACHED, REACHED)
@@ -129,11 +129,11 @@ def velocity(axis: Axis, drive: Any, found: Found) -> None:
     result["stopped"] = axis.until(REACHED | BIT_12, REACHED | BIT_12)
 
 
-def torque(axis: Axis, drive: Any, found: Found) -> None:
+def torque(axis: Axis, drive: Any, report: Report) -> None:
     drive.sdo_write(0x6087, 0, struct.pack("<I", 10_000))
     axis.torque = 0
     result: dict[str, Any] = {"mode": axis.enter(TQ)}
-    found["tq"] = result
+    report["tq"] = result
     axis.torque = 60
     axis.cycle(50)
     result["6077h"] = axis.inputs[4]

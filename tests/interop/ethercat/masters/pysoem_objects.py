@@ -8,19 +8,19 @@ from collections.abc import Callable
 from typing import Any
 
 import pysoem
-from pysoem_bus import Found, abort_of, run
+from pysoem_bus import Report, abort_of, run
 
 VAR = 7
 WRITE = 0x38
 """Access bits; a count that can be written says how many entries a list has now."""
 
 
-def dictionary(master: Any, found: Found) -> None:
+def dictionary(master: Any, report: Report) -> None:
     """The dictionary by SDO information; records and arrays whole and entry by entry."""
     master.config_init()
     drive = master.slaves[0]
     objects = drive.od
-    found["objects"] = [
+    report["objects"] = [
         [
             each.index,
             each.name,
@@ -33,12 +33,12 @@ def dictionary(master: Any, found: Found) -> None:
         ]
         for each in objects
     ]
-    found["differs"] = differs = []
-    found["records"] = 0
+    report["differs"] = differs = []
+    report["records"] = 0
     for each in objects:
         if each.object_code == VAR:
             continue
-        found["records"] += 1
+        report["records"] += 1
         whole = drive.sdo_read(each.index, 0, 4096, True)
         count = drive.sdo_read(each.index, 0)
         last = count[0] if each.entries[0].obj_access & WRITE else 0xFF
@@ -52,7 +52,7 @@ def dictionary(master: Any, found: Found) -> None:
             differs.append([hex(each.index), whole.hex(), [part.hex() for part in parts]])
 
 
-def values(master: Any, found: Found) -> None:
+def values(master: Any, report: Report) -> None:
     """What every entry of the dictionary holds, or the abort code it is refused with."""
     master.config_init()
     drive = master.slaves[0]
@@ -63,14 +63,14 @@ def values(master: Any, found: Found) -> None:
         except pysoem.SdoError as refusal:
             return f"{refusal.abort_code:08X}"
 
-    found["values"] = [
+    report["values"] = [
         [each.index, subindex, value(each.index, subindex)]
         for each in drive.od
         for subindex in range(max(len(each.entries), 1))
     ]
 
 
-def steps(master: Any, found: Found) -> None:
+def steps(master: Any, report: Report) -> None:
     """The mapping procedure with a wrong step at every point; then it still succeeds."""
     master.config_init()
     drive = master.slaves[0]
@@ -79,7 +79,7 @@ def steps(master: Any, found: Found) -> None:
         return lambda: drive.sdo_write(index, subindex, struct.pack("<" + form, value))
 
     refused: dict[str, str] = {}
-    found["aborts"] = refused
+    report["aborts"] = refused
 
     def wrong(name: str, index: int, subindex: int, form: str, value: int) -> None:
         refused[name] = abort_of(write(index, subindex, form, value))
@@ -112,7 +112,7 @@ def steps(master: Any, found: Found) -> None:
     write(0x1600, 0, "B", 2)()
     write(0x1C12, 1, "H", 0x1600)()
     write(0x1C12, 0, "B", 1)()
-    found["mapped"] = [drive.sdo_read(0x1600, sub).hex() for sub in range(3)]
+    report["mapped"] = [drive.sdo_read(0x1600, sub).hex() for sub in range(3)]
 
 
 if __name__ == "__main__":
