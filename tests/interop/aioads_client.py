@@ -20,7 +20,7 @@ ABSOLUTE, VELOCITY = 1, 500.0
 
 async def main() -> None:
     port, net_id, target = sys.argv[1:]
-    found: dict[str, object] = {}
+    report: dict[str, object] = {}
     transport = AdsGMqttTransport(
         src=AmsAddress(net_id="10.77.1.2.1.1", port=32_900),
         name="aioads",
@@ -33,9 +33,9 @@ async def main() -> None:
     await client.connect()
     while not transport.remotes.get(net_id):  # noqa: ASYNC110
         await asyncio.sleep(0.05)
-    found["remotes"] = sorted(transport.remotes)
-    found["state"] = (await client.read_state()).ads_state.name
-    found["string"] = await client.read_symbol_by_name("GVL.sString")
+    report["remotes"] = sorted(transport.remotes)
+    report["state"] = (await client.read_state()).ads_state.name
+    report["string"] = await client.read_symbol_by_name("GVL.sString")
     came = asyncio.Event()
 
     async def note(*_: object) -> None:
@@ -43,13 +43,13 @@ async def main() -> None:
 
     async with client.subscribe_notification("GVL.nInt", note):
         await came.wait()
-    found["samples"] = True
+    report["samples"] = True
     move = struct.pack("<IIdd", ABSOLUTE, 0, float(target), VELOCITY)
     there = AmsAddress(net_id=net_id, port=NC_PORT)
     answer = await AdsWriteCommand(transport, there, *MOVE, move).request()
-    found["move"] = int(answer.error_code)
+    report["move"] = int(answer.error_code)
     await client.disconnect()
-    print(json.dumps(found), flush=True)
+    print(json.dumps(report), flush=True)
 
 
 if __name__ == "__main__":

@@ -111,8 +111,8 @@ def slits(cell: Cell) -> Report:
     axes[3]["fHomePosition"] = 0.0
     command(3, "HomeStepAbsoluteSwitch", fHomeVelocity=2.0)
     cell.run(0.5)
-    found = cell.until(lambda: bool(axes[3]["bDone"]) and not axes[3]["bBusy"], 30.0)
-    yield "home blade 3 to its switch (MC_StepAbsoluteSwitch)", _said(found, cell.axis(3))
+    is_there = cell.until(lambda: bool(axes[3]["bDone"]) and not axes[3]["bBusy"], 30.0)
+    yield "home blade 3 to its switch (MC_StepAbsoluteSwitch)", _said(is_there, cell.axis(3))
     command(3, "HomeFinish", fHomeDistance=0.0)
     cell.run(1.0)
     yield "end of the homing (MC_FinishHoming)", _said(_homed(cell.axis(3)), cell.axis(3))
@@ -227,26 +227,26 @@ def witness(folder: Path, each: MotionProject) -> list[tuple[str, str]]:
     return lines
 
 
-def page_of(found: Mapping[str, Sequence[tuple[str, str]]]) -> str:
+def page_of(reports: Mapping[str, Sequence[tuple[str, str]]]) -> str:
     """The page: a table per project."""
     text = (
         "# Public projects that move axes\n\n"
         "Made by `python -m tests.interop.motion_projects`:"
         " unmodified projects with virtual axes.\n"
     )
-    for name, lines in found.items():
+    for name, lines in reports.items():
         text += f"\n## {name.replace('+', '/')}\n\n| asked | came |\n| --- | --- |\n"
-        text += "".join(f"| {asked} | {came} |\n" for asked, came in lines)
+        text += "".join(f"| {question} | {came} |\n" for question, came in lines)
     return text
 
 
 def main(folder: Path, page: Path) -> None:
     """See the module."""
-    found: dict[str, Sequence[tuple[str, str]]] = {}
+    reports: dict[str, Sequence[tuple[str, str]]] = {}
     for each in PROJECTS:
         if (folder / each.repository).is_dir():
-            found[each.repository] = witness(folder, each)
-            page.write_text(page_of(found), encoding="utf-8")
+            reports[each.repository] = witness(folder, each)
+            page.write_text(page_of(reports), encoding="utf-8")
 
 
 if __name__ == "__main__":

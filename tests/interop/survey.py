@@ -110,20 +110,23 @@ def try_project(
         outcome.commit = commit.read_text().strip()
     libraries = [repository, *versions_of(project, versions), folder]
     try:
-        found, error = examine_project(project, libraries=libraries)
+        examined, error = examine_project(project, libraries=libraries)
     except SourceError as nothing:
         outcome.errors, outcome.reason = 1, _first_line(str(nothing))
         return outcome
-    tasks = [Task(task.name) for task in found.tasks] or [Task()]
+    tasks = [Task(task.name) for task in examined.tasks] or [Task()]
     system = system_info_list(tasks, app_name="", project_name="", port=851, timestamp=0)
     typed = check(
-        found.declarations, predefined=[system], reach=found.reach, unreached=found.unreached
+        examined.declarations,
+        predefined=[system],
+        reach=examined.reach,
+        unreached=examined.unreached,
     )
     faults = list(dict.fromkeys([*(error.faults if error else ()), *typed.faults]))
-    outcome.units, outcome.errors = len(found.sources), len(faults)
-    outcome.missing = [item.reference.title for item in found.missing if item.uses]
-    if found.stubs and not outcome.missing:  # a use does not show which of them it means
-        outcome.missing = [item.reference.title for item in found.missing]
+    outcome.units, outcome.errors = len(examined.sources), len(faults)
+    outcome.missing = [item.reference.title for item in examined.missing if item.uses]
+    if examined.stubs and not outcome.missing:  # a use does not show which of them it means
+        outcome.missing = [item.reference.title for item in examined.missing]
     if faults:
         outcome.reason = _first_line(str(min(faults, key=lambda fault: fault.location)))
         return outcome

@@ -10,11 +10,11 @@ both_modes = pytest.mark.parametrize("mode", ["router", "direct"])
 
 @both_modes
 def test_variables(station: Any, node: Callable[..., Any], mode: str) -> None:
-    found = node("variables.mjs", station, mode)
-    local, symbols = found.pop("local"), found.pop("symbols")
+    report = node("variables.mjs", station, mode)
+    local, symbols = report.pop("local"), report.pop("symbols")
     assert local.startswith("192.0.2.7.1.1:" if mode == "direct" else f"{station.net_id}:")
     assert {"MAIN.nCounter", "GVL.fLreal", "GVL.stPoint"} <= set(symbols)
-    assert found == {
+    assert report == {
         "device": "Plc30 App",
         "state": "Run",
         "DINT": -123456,
@@ -34,9 +34,9 @@ def test_variables(station: Any, node: Callable[..., Any], mode: str) -> None:
 
 @both_modes
 def test_an_axis_moves(station: Any, node: Callable[..., Any], mode: str) -> None:
-    found = node("axis.mjs", station, mode)
-    start, end = found["start"], found["end"]
+    report = node("axis.mjs", station, mode)
+    start, end = report["start"], report["end"]
     assert end["error"] == 0
     assert end["position"] == pytest.approx(start["position"] + 50.0, abs=1e-9)
     assert end["actual"] == pytest.approx(end["position"], abs=0.01)
-    assert 0 < found["peak"] <= 100.0 * (1 + 1e-6)
+    assert 0 < report["peak"] <= 100.0 * (1 + 1e-6)

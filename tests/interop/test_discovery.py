@@ -77,13 +77,13 @@ def _routes(folder: Path) -> dict[str, str]:
 
 
 def test_our_scan_finds_both_stations(press: Any, mill: Any) -> None:
-    found: set[tuple[str, str, str]] = set()
+    stations: set[tuple[str, str, str]] = set()
     for _ in range(20):  # a datagram has no guarantee
         answers = asyncio.run(scan([press.host, mill.host], seconds=0.5))
-        found |= {(info.host_name, str(info.net_id), address) for info, address in answers}
-        if len(found) == 2:
+        stations |= {(info.host_name, str(info.net_id), address) for info, address in answers}
+        if len(stations) == 2:
             break
-    assert found == {
+    assert stations == {
         ("press", press.net_id, press.host),
         ("mill", mill.net_id, mill.host),
     }
@@ -114,20 +114,20 @@ def _ads_async(*arguments: str) -> str:
     return done.stdout
 
 
-def test_ads_async_tells_about_the_station(witness: Callable[[str], None], press: Any) -> None:
+def test_ads_async_reports_facts_of_the_station(witness: Callable[[str], None], press: Any) -> None:
     witness("ads-async")
-    told = _ads_async("info", press.host)
-    assert f'"source_net_id": "{press.net_id}"' in told
-    assert '"plc_name": "press"' in told
+    output = _ads_async("info", press.host)
+    assert f'"source_net_id": "{press.net_id}"' in output
+    assert '"plc_name": "press"' in output
 
 
 def test_ads_async_adds_a_route(witness: Callable[[str], None], press: Any, folder: Path) -> None:
     witness("ads-async")
-    told = _ads_async(
+    output = _ads_async(
         *("route", press.host, "192.0.2.9.1.1", "192.0.2.9"),
         *("--username", USER, "--password", PASSWORD, "--route-name", "by ads-async"),
     )
-    assert '"password_correct": true' in told
+    assert '"password_correct": true' in output
     assert _routes(folder)["by ads-async"] == "192.0.2.9.1.1"
 
 
@@ -178,11 +178,11 @@ def test_pyads_writes_a_file_and_cannot_leave_the_folder(
 
 def test_ads_client_follows_a_restart(node: Callable[..., Any], press: Any) -> None:
     """A state request each second tells it: RUN, not RUN, RUN; see npm/restart.mjs."""
-    told = node("restart.mjs", press, "router")
-    assert told["before"] == 5
-    assert told["index"] == told["indexBefore"] + 1
-    assert told["after"] == 5
-    assert told["value"] == "axis"
+    report = node("restart.mjs", press, "router")
+    assert report["before"] == 5
+    assert report["index"] == report["indexBefore"] + 1
+    assert report["after"] == 5
+    assert report["value"] == "axis"
 
 
 BY_A_TOOL = (
@@ -221,16 +221,16 @@ def test_routes_over_ads_change_where_the_user_permits_it(
                 return int(refusal.err_code)
             return 0
 
-        def kept() -> list[str]:
+        def stored_routes() -> list[str]:
             file = tmp_path / "r.xml"
             return [route.name for route in parse_static_routes(file.read_text())]
 
         assert write(801, BY_A_TOOL) == (0 if permitted else 0x723)
         if permitted:
-            assert kept() == ["mill"]
+            assert stored_routes() == ["mill"]
         assert write(802, b"mill\0") == (0 if permitted else 0x723)
         if permitted:
-            assert kept() == []
+            assert stored_routes() == []
         assert (tmp_path / "r.xml").exists() is permitted
 
 

@@ -164,7 +164,7 @@ with pyads.Connection(sys.argv[1] + ".1.1", NC_PORT, sys.argv[1]) as nc:
 """The example, and what it does not show, in one process: ophyd takes long to import."""
 
 
-def test_ophyd_scans_and_tells_faults_and_refusals(
+def test_ophyd_scans_and_reports_faults_and_refusals(
     live: LiveStation, witness: Callable[[str], None]
 ) -> None:
     witness("pyads")

@@ -152,9 +152,9 @@ def test_reorder(achse_station: LiveStation, plc: Any, witness: Callable[[str], 
     for offset in (0, 4, 8, 12):
         plc.write(0x4020, offset, offset, pyads.PLCTYPE_UDINT)
     achse_station.fault("reorder", command="read", group=0x4020, by=PATIENT_MS / 1e3)
-    found = asking(achse_station, *((0x4020, offset) for offset in (0, 4, 8, 12)))
-    assert found["arrived"] == [4, 0, 12, 8]
-    assert found["outcomes"] == [0, 4, 8, 12]
+    report = asking(achse_station, *((0x4020, offset) for offset in (0, 4, 8, 12)))
+    assert report["arrived"] == [4, 0, 12, 8]
+    assert report["outcomes"] == [0, 4, 8, 12]
 
 
 def test_ads_client_meets_an_error_and_a_timeout(
@@ -163,11 +163,11 @@ def test_ads_client_meets_an_error_and_a_timeout(
     witness("ads-client")
     achse_station.fault("error", port=851, group=0x4020, offset=0, code=0x70A)
     achse_station.fault("router_error", group=0x4020, offset=8, code=0x7)
-    found = asking(achse_station, (0x4020, 0), (0x4020, 8), (0x4020, 12))
-    assert found["outcomes"] == [0x70A, 7, 0]
+    report = asking(achse_station, (0x4020, 0), (0x4020, 8), (0x4020, 12))
+    assert report["outcomes"] == [0x70A, 7, 0]
     achse_station.fault("drop", group=0x4020, offset=4)
-    [told] = asking(achse_station, (0x4020, 4), limit_ms=IMPATIENT_MS)["outcomes"]
-    assert isinstance(told, str)  # ads-client's own time limit, not a code of the station
+    [error] = asking(achse_station, (0x4020, 4), limit_ms=IMPATIENT_MS)["outcomes"]
+    assert isinstance(error, str)  # ads-client's own time limit, not a code of the station
 
 
 def test_cut_ends_the_connection_in_the_middle_of_a_frame(
@@ -201,9 +201,9 @@ def test_an_error_on_a_symbol_in_a_sum(achse_station: LiveStation, plc: Any) -> 
     names = [INT, "GVL.nUint"]
     assert plc.read_list_by_name(names) == {INT: -16, "GVL.nUint": 16}
     achse_station.fault("error", symbol=INT, code=0x70A)
-    found = plc.read_list_by_name(names)
-    assert found["GVL.nUint"] == 16
-    assert found[INT] != -16
+    values = plc.read_list_by_name(names)
+    assert values["GVL.nUint"] == 16
+    assert values[INT] != -16
 
 
 def test_an_error_on_a_service(achse_station: LiveStation, plc: Any) -> None:

@@ -38,8 +38,8 @@ def test_a_file_is_opened_found_and_deleted_by_its_name_in_any_case(
     content = system.read_write(READ, handle, pyads.PLCTYPE_BYTE * 8, None, None)
     assert bytes(content) == b"speed=20"
     system.read_write(CLOSE, handle, None, None, None)
-    found = system.read_write(FIND, 1, pyads.PLCTYPE_BYTE * 324, name, pyads.PLCTYPE_STRING)
-    assert bytes(found)[48:56] == b"Red.TXT\0"
+    entry = system.read_write(FIND, 1, pyads.PLCTYPE_BYTE * 324, name, pyads.PLCTYPE_STRING)
+    assert bytes(entry)[48:56] == b"Red.TXT\0"
     system.read_write(DELETE, ANYWHERE, None, name, pyads.PLCTYPE_STRING)
     assert not file.exists()
     with pytest.raises(pyads.ADSError) as refusal:

@@ -51,9 +51,9 @@ class Fleet:
         self._supervisor = record["port"], record["key"]
 
     def command(self, *words: str) -> str:
-        told = self._commands.run("fleet", *words, env=self._environment)
-        assert told.returncode == 0, told.stdout + told.stderr
-        return told.stdout
+        result = self._commands.run("fleet", *words, env=self._environment)
+        assert result.returncode == 0, result.stdout + result.stderr
+        return result.stdout
 
     async def until(self, condition: Callable[[list[dict[str, Any]]], bool]) -> Any:
         """The rows of the stations, as soon as the condition holds for them."""
@@ -114,8 +114,8 @@ async def test_a_fleet_of_eight(
         rows = await fleet.until(_all_see_all)
         assert fleet.command("status").count(" RUN ") == COUNT
     finally:
-        told = fleet.command("down")
-    assert told == "fleet press has ended\n"
+        output = fleet.command("down")
+    assert output == "fleet press has ended\n"
     for row in rows:
         with pytest.raises(ProcessLookupError):
             os.kill(row["pid"], 0)

@@ -54,8 +54,8 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     (folder / "cell.st").write_text(PROGRAM, encoding="utf-8")
     (folder / "station.toml").write_text(STATION)
     for fmi in (2, 3):
-        made = export(folder / "station.toml", fmi=fmi, choice=CHOICE)
-        (folder / f"cell{fmi}.fmu").write_bytes(made.archive)
+        unit = export(folder / "station.toml", fmi=fmi, choice=CHOICE)
+        (folder / f"cell{fmi}.fmu").write_bytes(unit.archive)
     return folder
 
 
@@ -121,10 +121,10 @@ def children() -> set[int]:
     rows = [line.split(None, 2) for line in listed.stdout.splitlines()]
     below = {os.getpid()}
     for _ in rows:
-        found = {int(pid) for pid, parent, *_ in rows if int(parent) in below}
-        if found <= below:
+        pids = {int(pid) for pid, parent, *_ in rows if int(parent) in below}
+        if pids <= below:
             break
-        below |= found
+        below |= pids
     return {int(pid) for pid, _, *words in rows if int(pid) in below and "achse.fmu" in words[0]}
 
 
@@ -276,7 +276,7 @@ def test_python_that_is_missing_is_named(
     assert "no-python" in " ".join(log)
 
 
-def test_library_of_another_python_is_told(
+def test_library_of_another_python_is_reported(
     folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     unpacked = Unpacked(folder / "cell3.fmu", tmp_path / "unit")
@@ -369,9 +369,9 @@ def test_unit_of_a_station_is_the_plant_of_another(folder: Path, tmp_path: Path)
     station = Station.load(file)
     station.advance(0.05)
     assert station.plcs[851].instance("MAIN")["bBack"]
-    made = export(file)
-    assert not made.has_states
-    assert [each.name for each in made.variables if each.causality == "input"] == []
-    (tmp_path / "outer.fmu").write_bytes(made.archive)
+    unit = export(file)
+    assert not unit.has_states
+    assert [each.name for each in unit.variables if each.causality == "input"] == []
+    (tmp_path / "outer.fmu").write_bytes(unit.archive)
     result = fmpy.simulate_fmu(str(tmp_path / "outer.fmu"), stop_time=0.05, output_interval=0.01)
     assert result[-1]["MAIN.bBack"]

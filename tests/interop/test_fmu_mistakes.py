@@ -64,7 +64,7 @@ class Instance:
         token, place = unit.token.encode(), str(unit.resources).encode()
         if fmi == 3:
             self._log: Any = LOG3(lambda _, __, ___, text: self.lines.append(text.decode()))
-            made = unit.library.fmi3InstantiateCoSimulation(
+            handle = unit.library.fmi3InstantiateCoSimulation(
                 *(b"cell", token, place, False, False, False, False, None),
                 *(ctypes.c_size_t(0), None, self._log, None),
             )
@@ -72,11 +72,11 @@ class Instance:
             logger = LOG2(lambda *each: self.lines.append(each[-1].decode()))
             self._log = Callbacks2(logger)
             uri = unit.resources.as_uri().encode()
-            made = unit.library.fmi2Instantiate(
+            handle = unit.library.fmi2Instantiate(
                 b"cell", 1, token, uri, ctypes.byref(self._log), 0, 0
             )
-        assert made is not None, self.lines
-        self.handle = ctypes.c_void_p(made)
+        assert handle is not None, self.lines
+        self.handle = ctypes.c_void_p(handle)
 
     def call(self, name: str, *arguments: Any) -> int:
         status: int = getattr(self.unit.library, f"fmi{self.fmi}{name}")(self.handle, *arguments)
@@ -101,8 +101,8 @@ class Instance:
         self, verb: str, kind: str, names: list[str], values: Any, count: int | None
     ) -> int:
         references = (ctypes.c_uint32 * len(names))(*(self.unit.references[each] for each in names))
-        given = [ctypes.c_size_t(len(values) if count is None else count)] if self.fmi == 3 else []
-        return self.call(f"{verb}{kind}", references, ctypes.c_size_t(len(names)), values, *given)
+        sizes = [ctypes.c_size_t(len(values) if count is None else count)] if self.fmi == 3 else []
+        return self.call(f"{verb}{kind}", references, ctypes.c_size_t(len(names)), values, *sizes)
 
     def set_floats(self, values: dict[str, float], count: int | None = None) -> int:
         """Float64, or Real."""
@@ -138,10 +138,10 @@ def cell(
 @pytest.fixture(scope="module", params=[3, 2])
 def stepping(request: pytest.FixtureRequest, cell: Unit) -> Iterator[Instance]:
     """An instance in step mode at 0 s, which no test leaves elsewhere: a reset takes its time."""
-    made = Instance(cell, request.param)
-    assert (made.enter(), made.leave()) == (OK, OK)
-    yield made
-    made.free()
+    instance = Instance(cell, request.param)
+    assert (instance.enter(), instance.leave()) == (OK, OK)
+    yield instance
+    instance.free()
 
 
 @pytest.fixture
@@ -186,8 +186,8 @@ def test_extreme_numbers_pass(stepping: Instance) -> None:
     for value in (1.7976931348623157e308, 5e-324, -0.0, 2.5):
         assert stepping.set_floats({"MAIN.fGain": value}) == OK
         assert stepping.step(0.0, 0.0) == OK
-        (found,) = stepping.get_floats("MAIN.fGain")  # type: ignore[misc]
-        assert struct.pack("<d", found) == struct.pack("<d", value)
+        (number,) = stepping.get_floats("MAIN.fGain")  # type: ignore[misc]
+        assert struct.pack("<d", number) == struct.pack("<d", value)
 
 
 def test_real_beyond_a_float_is_refused(stepping: Instance) -> None:
@@ -286,17 +286,21 @@ def test_any_serialised_bytes_are_refused(stepping: Instance, data: bytes, magic
 
 
 def test_instance_is_freed_once(cell: Unit, stepping: Instance) -> None:
-    made = Instance(cell, stepping.fmi)
-    assert (made.enter(), made.leave(), made.step(0.0, 0.01)) == (OK, OK, OK)
-    assert made.call("Terminate") == OK  # in the middle of a run
-    made.free()
-    made.free()
-    for handle in (made.handle, ctypes.c_void_p(None), ctypes.c_void_p(8)):
-        made.handle = handle
+    instance = Instance(cell, stepping.fmi)
+    assert (instance.enter(), instance.leave(), instance.step(0.0, 0.01)) == (OK, OK, OK)
+    assert instance.call("Terminate") == OK  # in the middle of a run
+    instance.free()
+    instance.free()
+    for handle in (instance.handle, ctypes.c_void_p(None), ctypes.c_void_p(8)):
+        instance.handle = handle
         statuses = [
-            *(made.step(0.0, 0.01), made.set_floats({"MAIN.fGain": 1.0}), made.enter()),
-            *(made.get_floats("MAIN.fGain"), made.call("Reset"), made.call("Terminate")),
+            *(instance.step(0.0, 0.01), instance.set_floats({"MAIN.fGain": 1.0}), instance.enter()),
+            *(
+                instance.get_floats("MAIN.fGain"),
+                instance.call("Reset"),
+                instance.call("Terminate"),
+            ),
         ]
         assert statuses == [ERROR] * len(statuses)
-        made.free()
+        instance.free()
     assert stepping.step(0.0, 5e-324) == OK

@@ -156,7 +156,7 @@ class Attacker:
         self._lines: queue.Queue[str] = queue.Queue()
         self.rounds = 0
         threading.Thread(target=self._read, daemon=True).start()
-        self._tell(json.dumps(place))
+        self._write_line(json.dumps(place))
         assert self._lines.get(timeout=PATIENCE_S) == "ready"
 
     def _read(self) -> None:
@@ -165,14 +165,14 @@ class Attacker:
             self._lines.put(line.strip())
         self._lines.put("")
 
-    def _tell(self, text: str) -> None:
+    def _write_line(self, text: str) -> None:
         assert self.process.stdin is not None
         self.process.stdin.write(text + "\n")
         self.process.stdin.flush()
 
     def begin(self) -> None:
         self.rounds += 1
-        self._tell("go")
+        self._write_line("go")
 
     def going_on(self) -> bool:
         """Whether attacks that have begun have not ended."""
@@ -214,7 +214,7 @@ class Scene:
         self.attackers.append(attacker)
         seen: list[Round] = []
         for _ in range(rounds):
-            done, told = self._round(attacker)
+            done, report = self._round(attacker)
             seen.append(done)
             if done.worst_s <= IN_TIME_S:
                 break
@@ -224,7 +224,7 @@ class Scene:
         allowed = LIMITED + ROOM + grows
         assert grown <= allowed, f"{grown >> 20} MB more, {allowed >> 20} MB are allowed"
         self.check_samples()
-        return told
+        return report
 
     def _round(self, attacker: Attacker) -> tuple[Round, dict[str, Any]]:
         good = self.good
@@ -232,13 +232,13 @@ class Scene:
         delays: list[float] = []
         memory = 0
         while True:
-            told = attacker.ended()
+            report = attacker.ended()
             delays.append(good.ask())
             memory = max(memory, good.memory())
-            if told is not None:
+            if report is not None:
                 break
             time.sleep(0.001)
-        return Round(max(delays), len(delays), memory), told
+        return Round(max(delays), len(delays), memory), report
 
     def check_samples(self) -> None:
         """Every cycle of the PLC is there, one behind the other, up to the present."""
@@ -279,10 +279,10 @@ def scene(
     opened: list[Scene] = []
     running: list[AbstractContextManager[Any]] = []
 
-    def open_scene(*, router: str = "", kept: str | None = None) -> Scene:
+    def open_scene(*, router: str = "", host: str | None = None) -> Scene:
         (tmp_path / "files").mkdir()
         file = tmp_path / "attacked.toml"
-        file.write_text(CONFIG.format(router=router, kept=kept or free_host()))
+        file.write_text(CONFIG.format(router=router, kept=host or free_host()))
         context = start_station(str(file))
         station = context.__enter__()
         running.append(context)
@@ -319,8 +319,8 @@ def asked_from(host: str, station: Any, port: int = 10000) -> Frame:
 
 
 def test_taps(scene: Callable[..., Scene]) -> None:
-    told = scene().attack("taps")
-    assert told["taps"] <= 32
+    report = scene().attack("taps")
+    assert report["taps"] <= 32
 
 
 def test_logging(scene: Callable[..., Scene]) -> None:
@@ -330,8 +330,8 @@ def test_logging(scene: Callable[..., Scene]) -> None:
 
 def test_routes(scene: Callable[..., Scene]) -> None:
     attacked = scene(router=USERS)
-    told = attacked.attack("routes", victim=f"{attacked.station.net_id}:851")
-    assert (told["answers"] > 100, told["granted"]) == (True, 0)
+    report = attacked.attack("routes", victim=f"{attacked.station.net_id}:851")
+    assert (report["answers"] > 100, report["granted"]) == (True, 0)
     with achse.blocking.connect(attacked.station.host, port=10000, watch_symbols=False) as system:
         entry = system.read_raw(803, 0, 1024)
         assert b"kept\0" in entry
@@ -345,8 +345,8 @@ def test_held_bytes(scene: Callable[..., Scene]) -> None:
 
 def test_subscriptions_of_clients_that_vanish(scene: Callable[..., Scene]) -> None:
     attacked = scene()
-    told = attacked.attack("subscriptions")
-    assert told["rounds"] > 0
+    report = attacked.attack("subscriptions")
+    assert report["rounds"] > 0
     deadline = time.monotonic() + PATIENCE_S
     with achse.blocking.connect(attacked.station.host, port=26000, watch_symbols=False) as own:
         while True:
@@ -389,9 +389,9 @@ def test_datagrams(scene: Callable[..., Scene]) -> None:
     assert asyncio.run(get_in()) == 0, "not while the attack went on"
     host = attacked.station.host
     deadline = time.monotonic() + PATIENCE_S
-    while not (found := asyncio.run(scan([host], all_of_them=False))):
+    while not (answers := asyncio.run(scan([host], all_of_them=False))):
         assert time.monotonic() < deadline, "searches are not answered"
-    assert [str(info.net_id) for info, _ in found] == [attacked.station.net_id]
+    assert [str(info.net_id) for info, _ in answers] == [attacked.station.net_id]
 
 
 def test_files(scene: Callable[..., Scene], tmp_path: Path) -> None:
@@ -400,14 +400,14 @@ def test_files(scene: Callable[..., Scene], tmp_path: Path) -> None:
     many.mkdir()
     for number in range(30_000):
         (many / f"{number}.txt").touch()
-    told = attacked.attack("files")
-    assert told["answers"] > 0
+    report = attacked.attack("files")
+    assert report["answers"] > 0
 
 
 def test_client_ports(scene: Callable[..., Scene], free_host: Callable[[], str]) -> None:
     attacked = scene()
-    told = attacked.attack("ports")
-    assert told["ports"] > 0
+    report = attacked.attack("ports")
+    assert report["ports"] > 0
     with socket.create_connection(
         (attacked.station.host, attacked.station.port), PATIENCE_S, source_address=(free_host(), 0)
     ) as connection:
@@ -424,7 +424,7 @@ def test_loops_of_routes(
 ) -> None:
     """Two stations, each of which believes that the other one leads to 7.7.7.7.1.1."""
     there = SimpleNamespace(host=free_host())
-    attacked = scene(kept=there.host)
+    attacked = scene(host=there.host)
     other = tmp_path / "other.toml"
     other.write_text(
         f"""

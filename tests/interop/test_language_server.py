@@ -55,8 +55,8 @@ SOURCES: dict[str, Callable[[], Path]] = {
 @pytest.fixture(params=list(SOURCES))
 def project(request: pytest.FixtureRequest, tmp_path: Path) -> Path:
     """A copy of public sources."""
-    found = SOURCES[request.param]()
-    folder = found if found.is_dir() else found.parent
+    place = SOURCES[request.param]()
+    folder = place if place.is_dir() else place.parent
     return Path(shutil.copytree(folder, tmp_path / "project")).resolve()
 
 
@@ -147,13 +147,13 @@ def _cold(project: Path, file: Path, text: str) -> dict[str, list[types.Diagnost
     editor.open(file.as_uri(), text, 1)
     editor.update()
     editor.projects.load()
-    found = Published(editor).changes()
-    return {params.uri: list(params.diagnostics) for params in found if params.diagnostics}
+    changes = Published(editor).changes()
+    return {params.uri: list(params.diagnostics) for params in changes if params.diagnostics}
 
 
 def _draw(text: str, draw: random.Random) -> tuple[int, int, str]:
     """Draw a word for another, or some characters for others, in the code."""
-    code = [found.span(1) for found in _CODE.finditer(text)] or [(0, len(text))]
+    code = [match.span(1) for match in _CODE.finditer(text)] or [(0, len(text))]
     first, last = draw.choice(code)
     words = list(_WORD.finditer(text, first, last))
     if words and draw.random() < 0.6:
@@ -179,20 +179,20 @@ async def test_drawn_edits_have_the_findings_of_a_cold_check(
 
 async def test_a_name_is_among_the_references_to_what_it_means(project: Path) -> None:
     async with _typist(project) as typist:
-        client, found = typist.client, 0
+        client, count = typist.client, 0
         for file in _files(project)[:3]:
             typist.open(file)
             document = types.TextDocumentIdentifier(file.as_uri())
             for word in list(_WORD.finditer(typist.text))[:60:3]:
                 place = typist.position(word.start())
-                asked = types.DefinitionParams(document, place)
-                if not await client.text_document_definition_async(asked):
+                params = types.DefinitionParams(document, place)
+                if not await client.text_document_definition_async(params):
                     continue
-                found += 1
+                count += 1
                 references = await client.text_document_references_async(
                     types.ReferenceParams(types.ReferenceContext(True), document, place)
                 )
                 places = {(one.uri, one.range.start.line) for one in references or ()}
                 assert (file.as_uri(), place.line) in places, word[0]
             typist.close()
-        assert found
+        assert count

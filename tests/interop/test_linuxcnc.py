@@ -38,22 +38,22 @@ def machine() -> MachineData:
 
 def ours(text: str) -> list[WitnessMove]:
     interpreter = Interpreter(PartProgram(text), machine())
-    found = [of_ours(each) for each in interpreter if isinstance(each, LineMove | ArcMove)]
+    moves = [of_ours(each) for each in interpreter if isinstance(each, LineMove | ArcMove)]
     assert interpreter.state is RunState.ENDED
-    return found
+    return moves
 
 
 def real(moves: list[WitnessMove]) -> list[WitnessMove]:
     """Without lines that go nowhere: `G1 F600` makes one there."""
-    found: list[WitnessMove] = []
+    witnessed: list[WitnessMove] = []
     at = (0.0, 0.0, 0.0)
     for move in moves:
         if move.centre is not None or any(
             abs(a - b) > 2 * move.grain for a, b in zip(at, move.end, strict=True)
         ):
-            found.append(move)
+            witnessed.append(move)
         at = move.end
-    return found
+    return witnessed
 
 
 def assert_same(mine: list[WitnessMove], theirs: list[WitnessMove]) -> None:

@@ -45,20 +45,20 @@ def tap(
 @pytest.fixture
 def behind(free_host: Callable[[], str]) -> Iterator[Callable[[LiveStation, str], Any]]:
     """`behind(station, host)` is pyads that takes the tap at `host` for the station."""
-    made = []
+    plcs = []
 
     def connect(station: LiveStation, host: str) -> Any:
         plc = pyads.Connection(station.net_id, 851, host)
         plc.open()
-        made.append(plc)
+        plcs.append(plc)
         return plc
 
     yield connect
-    for each in made:
+    for each in plcs:
         each.close()
 
 
-def test_pyads_asks_for_bytes_and_the_tap_that_has_asked_tells_values(
+def test_pyads_requests_bytes_and_the_tap_that_queries_reports_values(
     free_host: Callable[[], str], behind: Callable[..., Any], warm_commands: WarmCommands
 ) -> None:
     host = free_host()
@@ -82,7 +82,7 @@ def test_pyads_asks_for_bytes_and_the_tap_that_has_asked_tells_values(
         plc.del_device_notification(*handles)
 
 
-def test_what_ads_client_asks_is_enough_for_a_tap_that_asks_nothing(
+def test_requests_of_ads_client_are_enough_for_a_tap_that_queries_nothing(
     free_host: Callable[[], str], node: Callable[..., Any], warm_commands: WarmCommands
 ) -> None:
     host = free_host()

@@ -116,7 +116,7 @@ async def partners(network: str, count: int) -> None:
             seen = len(there)
 
 
-async def test_a_killed_station_is_known_at_once_and_what_it_was_asked_fails(
+async def test_a_killed_station_is_known_at_once_and_its_requests_fail(
     broker: Mosquitto,
     tmp_path: Path,
     start_station: Callable[..., Any],
@@ -242,10 +242,10 @@ async def test_aioads_reads_subscribes_and_moves_an_axis_also_after_the_broker_w
                 command = (python, str(SCRIPT), str(broker.port), station.net_id, str(target))
                 process = await asyncio.create_subprocess_exec(*command, stdout=subprocess.PIPE)
                 said, _ = await process.communicate()
-                found = json.loads(said)
-                assert station.net_id in found["remotes"]
-                assert (found["state"], found["string"]) == ("RUN", "axis")
-                assert (found["samples"], found["move"]) == (True, 0)
+                report = json.loads(said)
+                assert station.net_id in report["remotes"]
+                assert (report["state"], report["string"]) == ("RUN", "axis")
+                assert (report["samples"], report["move"]) == (True, 0)
                 while abs((await x.status()).position - target) > 0.1:
                     pass
                 broker.stop()

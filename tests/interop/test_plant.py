@@ -184,26 +184,26 @@ def test_ads_client(
     mode: str,
 ) -> None:
     with start_station(str(PLANT)) as station:
-        found = node("plant.mjs", station, mode)
-    assert set(found["symbols"]) >= NAMES
-    first = found["before"][0]
+        report = node("plant.mjs", station, mode)
+    assert set(report["symbols"]) >= NAMES
+    first = report["before"][0]
     assert (first["nId"], first["sName"], first["wsTitle"]) == (1, "first", "Größe")
     mode_now = first["eMode"]
     assert (mode_now["name"], mode_now["value"], first["tWait"]) == ("Auto", 10, 1500)
     assert first["dtLast"].startswith("2026-01-02T03:04:05")
     assert first["aPoints"] == [{"fX": 0, "fY": 1.5}, {"fX": 0, "fY": 1.5}]
-    after = found["after"]
+    after = report["after"]
     assert (after["sName"], after["wsTitle"], after["tWait"]) == ("zweite", "Maß µ", 250)
     assert (after["eMode"]["name"], after["bReady"]) == ("Fault", True)
     assert after["aPoints"] == [{"fX": 1.25, "fY": -2.5}, {"fX": 3, "fY": 4}]
-    assert (found["member"], found["total"]) == (22, 4)
-    assert found["fed"] == {"returnValue": 10, "outputs": {}}
-    assert found["last"] == {
+    assert (report["member"], report["total"]) == (22, 4)
+    assert report["fed"] == {"returnValue": 10, "outputs": {}}
+    assert report["last"] == {
         "returnValue": True,
         "outputs": {"stLast": {"fX": 4, "fY": 2.5}, "sWhat": "Schrauben"},
     }
-    assert found["shifted"]["returnValue"] == 3
-    assert found["samples"] == [["new", 1.5], ["dritte", 1.5]]
+    assert report["shifted"]["returnValue"] == 3
+    assert report["samples"] == [["new", 1.5], ["dritte", 1.5]]
 
 
 def test_ads_client_survives_a_restart(

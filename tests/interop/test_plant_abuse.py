@@ -33,9 +33,9 @@ def _with(station: Any, use: Callable[[Client], Any]) -> None:
     asyncio.run(main())
 
 
-async def _code(asked: Any) -> int:
+async def _code(request: Any) -> int:
     with pytest.raises(DeviceError) as refusal:
-        await asked
+        await request
     return int(refusal.value.code)
 
 

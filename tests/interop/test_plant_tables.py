@@ -38,13 +38,13 @@ def _guid(station: Station, name: str) -> bytes:
     """Types of one's own have any stable GUID; where it stands is what matters."""
     placed = {variable.name: variable for variable in station.plcs[851].variables}
     stations: Any = placed["GVL.aStations"].variable.type
-    found: bytes = {
+    offsets: bytes = {
         "ARRAY": stations.guid,
         "ST_Point": stations.element.member("aPoints").type.element.guid,
         "E_Mode": stations.element.member("eMode").type.guid,
         "FB_Feeder": placed["MAIN.fbFeeder"].variable.type.guid,
     }[name]
-    return found
+    return offsets
 
 
 def test_a_symbol_entry(station: Station, ask: Any) -> None:

@@ -239,7 +239,7 @@ def test_the_plc_stops_and_runs_on_command(
     until(lambda: count() > before)
 
 
-def test_a_port_that_nobody_holds_is_reported(
+def test_an_unregistered_port_is_reported(
     station: Any, pyads_connection: Callable[..., Any]
 ) -> None:
     with pytest.raises(pyads.ADSError) as refusal:

@@ -89,9 +89,9 @@ def test_outputs_follow_the_axis(station: Any, pyads_connection: Callable[..., A
     rises: dict[int, list[int]] = {0: [], 1: [], 31: []}
     steps = {31: 0}
     for before, after in pairwise(images):
-        for track, found in rises.items():
+        for track, angles in rises.items():
             if after[CAMS] & ~before[CAMS] & 1 << track:
-                found.append(after[ANGLE])
+                angles.append(after[ANGLE])
         steps[31] += after[CAMS] >> 31
     full = [angle for angle in rises[1] if angle < 1000]
     assert len(rises[0]) == 2

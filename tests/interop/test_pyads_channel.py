@@ -80,25 +80,25 @@ def station(start_station: Callable[..., AbstractContextManager[Any]]) -> Iterat
         yield running
 
 
-def make_ready(found: Channel) -> None:
+def make_ready(channel: Channel) -> None:
     """Two enabled axes in the group, at 0."""
     for axis in (1, 2):
-        found.call(0x4200 + axis, 0x01)
-        found.nc.write(0x4300 + axis, 0x01, 0b111, pyads.PLCTYPE_UDINT)
-        found.nc.write(0x4300 + axis, 0x21, 1_000_000, pyads.PLCTYPE_UDINT)
-        found.bring(axis, 0.0)
-    found.until(found.accepts_axes)
+        channel.call(0x4200 + axis, 0x01)
+        channel.nc.write(0x4300 + axis, 0x01, 0b111, pyads.PLCTYPE_UDINT)
+        channel.nc.write(0x4300 + axis, 0x21, 1_000_000, pyads.PLCTYPE_UDINT)
+        channel.bring(axis, 0.0)
+    channel.until(channel.accepts_axes)
 
 
 @pytest.fixture
 def channel(station: Any, pyads_connection: Callable[..., Any]) -> Iterator[Channel]:
     """The channel with two enabled axes at 0; given back afterwards."""
-    found = Channel(pyads_connection(station, 501))
-    make_ready(found)
-    yield found
-    found.call(0x2201, 0x10)
-    found.until(lambda: found.state == IDLE)
-    found.call(0x3200 + GROUP, 0x53)
+    channel = Channel(pyads_connection(station, 501))
+    make_ready(channel)
+    yield channel
+    channel.call(0x2201, 0x10)
+    channel.until(lambda: channel.state == IDLE)
+    channel.call(0x3200 + GROUP, 0x53)
 
 
 def test_load_start_handshake_stop_reset(channel: Channel) -> None:

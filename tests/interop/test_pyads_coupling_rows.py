@@ -67,12 +67,12 @@ def test_tables_in_all_their_states(nc: Any) -> None:
         assert read(nc, parameters, offset, size) == NO_TABLE, hex(offset)
     assert read(nc, states, 0x0A, 4) == NO_TABLE
     assert write(nc, functions, 0x20000, b"") == NO_TABLE
-    made = struct.pack("<3I", 1, 4, 2)
+    content = struct.pack("<3I", 1, 4, 2)
     for length in (0, 4, 8, 11, 13, 16):
-        assert write(nc, functions, 0x10000, made.ljust(16, b"\0")[:length]) == NO_LENGTH
+        assert write(nc, functions, 0x10000, content.ljust(16, b"\0")[:length]) == NO_LENGTH
     assert write(nc, functions, 0x10000, struct.pack("<3I", 1, 1 << 24, 2)) == 0x4A11
-    assert write(nc, functions, 0x10000, made) == 0
-    assert write(nc, functions, 0x10000, made) == 0x4063
+    assert write(nc, functions, 0x10000, content) == 0
+    assert write(nc, functions, 0x10000, content) == 0x4063
     for offset, size in FACTS.items():
         if offset != 0x50:
             assert read(nc, parameters, offset, size) == 0, hex(offset)

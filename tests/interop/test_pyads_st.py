@@ -112,10 +112,10 @@ def test_methods_are_called_between_cycles(feeder: Any, until: Callable[..., Non
     handle = feeder.get_handle("MAIN.fbFeeder#Add")
     begin = feeder.read_by_name("MAIN.fbFeeder.nSum", pyads.PLCTYPE_DINT)
     for number in range(1, 101):
-        found = feeder.read_write(
+        total = feeder.read_write(
             VALUE_BY_HANDLE, handle, pyads.PLCTYPE_DINT, 3, pyads.PLCTYPE_DINT
         )
-        assert found == begin + 3 * number
+        assert total == begin + 3 * number
     feeder.release_handle(handle)
     until(lambda: feeder.read_by_name("MAIN.fbFeeder.nCycles", pyads.PLCTYPE_UDINT) > before + 20)
     assert feeder.read_by_name("MAIN.fbFeeder.nSum", pyads.PLCTYPE_DINT) == begin + 300
@@ -126,10 +126,10 @@ def test_a_fault_stops_its_plc_alone(
 ) -> None:
     press, nc = pyads_connection(station, 851), pyads_connection(station, 501)
     logger = pyads_connection(station, 100)
-    told: list[bytes] = []
+    reports: list[bytes] = []
 
     def note(notification: Any, _: Any) -> None:
-        told.append(bytes(logger.parse_notification(notification, None, True)[2]))
+        reports.append(bytes(logger.parse_notification(notification, None, True)[2]))
 
     handles = logger.add_device_notification(
         EVERY_MESSAGE, pyads.NotificationAttrib(255, pyads.ADSTRANS_SERVERONCHA), note
@@ -147,7 +147,7 @@ def test_a_fault_stops_its_plc_alone(
     until(lambda: place() > begin)
     press.write_by_name("MAIN.nDivisor", 0, pyads.PLCTYPE_DINT)
     until(lambda: press.read_state() == (EXCEPTION, 0))
-    until(lambda: any(WHY.encode() in message for message in told))
+    until(lambda: any(WHY.encode() in message for message in reports))
     stopped, others, where = _count(press), _count(feeder), place()
     until(lambda: _count(feeder) > others + 50)
     until(lambda: place() > where + 1.0)

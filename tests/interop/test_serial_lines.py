@@ -39,7 +39,9 @@ async def test_many_tcp_clients_share_one_line(tmp_path: Path) -> None:
             await asyncio.gather(*[ask(number) for number in range(10)])
 
 
-async def test_a_port_that_goes_while_requests_wait_is_told_to_who_asked(tmp_path: Path) -> None:
+async def test_a_port_that_goes_while_requests_wait_is_reported_to_their_clients(
+    tmp_path: Path,
+) -> None:
     """0x745 at once for what nobody has taken, an error as long as the port is gone."""
     with cable() as line:
         near = station(tmp_path, "5.1.1.1.1.1", port=line.right, net_id=FAR)
@@ -69,14 +71,14 @@ async def test_notifications_faster_than_the_line_end_with_the_latest_value(tmp_
         ):
             [peer] = running.network.serial._open
             async with plc.subscribe("MAIN.aBig[0]", cycle_time=0.0) as samples:
-                held = 0
+                most = 0
                 for value in range(400):
                     await good.write("MAIN.aBig[0]", value)
-                    held = max(held, peer.buffered_bytes)
+                    most = max(most, peer.buffered_bytes)
                 async for sample in samples:
                     if sample.value == 399:
                         break
-            assert held < 200_000
+            assert most < 200_000
 
 
 def test_commands_and_the_blocking_client_speak_over_a_port(tmp_path: Path) -> None:
@@ -122,7 +124,7 @@ def test_commands_and_the_blocking_client_speak_over_a_port(tmp_path: Path) -> N
 
 
 @pytest.mark.parametrize(
-    ("serial", "told"),
+    ("serial", "message"),
     [
         ([{"port": "a", "parity": "mark"}], "serial[1].parity"),
         ([{"port": "a", "baud": 0}], "1..4000000 baud, got 0"),
@@ -135,14 +137,14 @@ def test_commands_and_the_blocking_client_speak_over_a_port(tmp_path: Path) -> N
         ([{}], "serial[1].port"),
     ],
 )
-def test_mistakes_in_the_configuration_are_told(serial: list[Any], told: str) -> None:
+def test_mistakes_in_the_configuration_are_reported(serial: list[Any], message: str) -> None:
     with pytest.raises(ConfigError) as fault:
         parse({"serial": serial}, "a.toml")
-    assert told in str(fault.value)
+    assert message in str(fault.value)
     assert "Traceback" not in str(fault.value)
 
 
-async def test_one_port_by_two_names_is_told(tmp_path: Path) -> None:
+async def test_one_port_by_two_names_is_reported(tmp_path: Path) -> None:
     with cable() as line:
         other = tmp_path / "press"
         os.symlink(line.left, other)

@@ -51,7 +51,7 @@ async def test_a_client_reads_writes_and_subscribes(
                 assert (await anext(samples)).value == 12
 
 
-async def test_a_cable_that_is_pulled_is_told_and_back_again(
+async def test_a_cable_that_is_pulled_is_reported_and_back_again(
     witness: Callable[[str], None], tmp_path: Path
 ) -> None:
     """socat ends, which is a USB adapter pulled out; both ends open their ports again."""

@@ -49,7 +49,7 @@ def test_the_page_follows_each_project(tmp_path: Path) -> None:
     assert page_of(rows_of(text)) == text
 
 
-def test_what_cannot_be_read_is_told(tmp_path: Path) -> None:
+def test_what_cannot_be_read_is_reported(tmp_path: Path) -> None:
     _repository(tmp_path, "me+odd", "", "odd")
     (tmp_path / "me+odd/odd.plcproj").write_text("<Project")
     outcome = try_project(tmp_path, tmp_path / "me+odd", tmp_path / "me+odd/odd.plcproj")

@@ -42,9 +42,9 @@ def judge(witness: Callable[[str], None], tap: Any, tmp_path: Path) -> Callable[
         capture = tmp_path / "session.pcap"
         tap.write(capture)
         assert tshark(capture, "_ws.malformed", "frame.number") == []
-        asked, answered = invoke_ids(capture, REQUEST), invoke_ids(capture, RESPONSE)
-        assert len(asked) > 10
-        assert asked == answered
+        requests, answered = invoke_ids(capture, REQUEST), invoke_ids(capture, RESPONSE)
+        assert len(requests) > 10
+        assert requests == answered
         assert tshark(capture, "ams.errorcode != 0", "frame.number") == []
 
     return read

@@ -263,14 +263,14 @@ async def samples(place: Place) -> None:
 
 async def connections(place: Place) -> None:
     """Connections from one host, as many as there are, kept open and idle."""
-    kept: list[Attacker] = place.more.setdefault("kept", [])
-    before = len(kept)
-    while len(kept) < before + 700:
+    attackers: list[Attacker] = place.more.setdefault("kept", [])
+    before = len(attackers)
+    while len(attackers) < before + 700:
         with contextlib.suppress(OSError):
-            kept += await asyncio.gather(*(place.dial() for _ in range(50)))
+            attackers += await asyncio.gather(*(place.dial() for _ in range(50)))
         await asyncio.sleep(0)
     await asyncio.sleep(0.2)
-    place.seen["open"] = sum(not each.closed for each in kept)
+    place.seen["open"] = sum(not each.closed for each in attackers)
 
 
 class Datagrams(asyncio.DatagramProtocol):
@@ -322,21 +322,21 @@ async def files(place: Place) -> None:
 
 async def ports(place: Place) -> None:
     """One host takes client ports of the router, as many as it gets, and keeps them."""
-    kept: list[Attacker] = place.more.setdefault("kept", [])
+    attackers: list[Attacker] = place.more.setdefault("kept", [])
     connect = struct.pack("<HIH", TcpCommand.PORT_CONNECT, 2, 0)
 
     async def take(count: int) -> bool:
-        kept.append(await place.dial())
-        kept[-1].transport.write(connect * count)
-        await kept[-1].registered(count)
-        return not kept[-1].closed
+        attackers.append(await place.dial())
+        attackers[-1].transport.write(connect * count)
+        await attackers[-1].registered(count)
+        return not attackers[-1].closed
 
     for _ in range(81):
         await take(400)
     refused = 0
-    while refused < 3 and len(kept) < 600:
+    while refused < 3 and len(attackers) < 600:
         refused += not await take(1)
-    place.seen["ports"] = sum(each.ports for each in kept if not each.closed)
+    place.seen["ports"] = sum(each.ports for each in attackers if not each.closed)
 
 
 async def loops(place: Place) -> None:

@@ -98,10 +98,10 @@ def _moves(printed: str) -> Iterator[WitnessMove]:
         return (x + a, y + b, z + d)
 
     for line in printed.splitlines():
-        found = _CALL.search(line)
-        if found is None:
+        match = _CALL.search(line)
+        if match is None:
             continue
-        name, words = found[1], found[2].split(", ")
+        name, words = match[1], match[2].split(", ")
         if name in ("STRAIGHT_TRAVERSE", "STRAIGHT_FEED"):
             x, y, z = map(float, words[:3])
             kind = "rapid" if name.endswith("TRAVERSE") else "feed"
@@ -147,7 +147,7 @@ _LOST = {"CPCON", "CPCOF", "CFC", "CFIN", "CFTCP", "FCONST", "FLIN", "G09", "G60
 
 def _bracketed(formula: str) -> str:
     """`R1+R2*3` as `[[#101+#102]*3]`."""
-    formula = re.sub(r"R(\d+)", lambda found: f"#{int(found[1]) + 100}", formula)
+    formula = re.sub(r"R(\d+)", lambda match: f"#{int(match[1]) + 100}", formula)
     formula = re.sub(r"(SIN|COS|TAN|SQRT|ABS)\(([^()]*)\)", r"\1[\2]", formula)
     parts = _OPERATORS.split(formula)
     text = parts[0]
@@ -164,8 +164,8 @@ def translated(text: str, diameters: dict[int, float] | None = None) -> str:
         words, before = [], []
         tokens = line.split()
         for at, word in enumerate(tokens):
-            if found := re.fullmatch(r"R(\d+)=(.+)", word):
-                before.append(f"#{int(found[1]) + 100}={_bracketed(found[2])}")
+            if match := re.fullmatch(r"R(\d+)=(.+)", word):
+                before.append(f"#{int(match[1]) + 100}={_bracketed(match[2])}")
             elif word in _UNITS:
                 words.append(_UNITS[word])
             elif word in SYSTEMS:
@@ -173,8 +173,8 @@ def translated(text: str, diameters: dict[int, float] | None = None) -> str:
                 words.append(SYSTEMS[word][1])
             elif word in ("G41", "G42"):
                 words.append(f"{word}.1")
-            elif found := re.fullmatch(r"D(\d+)", word):
-                words.append(f"D{(diameters or {})[int(found[1])]}")
+            elif match := re.fullmatch(r"D(\d+)", word):
+                words.append(f"D{(diameters or {})[int(match[1])]}")
             elif word == "G58":
                 words.append("G52")
             elif word == "ROT":
@@ -183,10 +183,10 @@ def translated(text: str, diameters: dict[int, float] | None = None) -> str:
             elif word == "G04":
                 words = [f"G4 P{tokens[at + 1][1:]}"]
                 break
-            elif found := re.fullmatch(r"([XYZIJKF])=(.+)", word):
-                words.append(f"{found[1]}{_bracketed(found[2])}")
-            elif found := re.fullmatch(r"([BU])=?(.+)", word):
-                words.append(f"R{_bracketed(found[2])}")
+            elif match := re.fullmatch(r"([XYZIJKF])=(.+)", word):
+                words.append(f"{match[1]}{_bracketed(match[2])}")
+            elif match := re.fullmatch(r"([BU])=?(.+)", word):
+                words.append(f"R{_bracketed(match[2])}")
             elif word in ("X", "Y", "Z"):
                 raise Refused("a bare letter has no counterpart")
             elif word not in _LOST:
