@@ -14,7 +14,7 @@ def test_only_the_right_password_of_a_known_user_passes() -> None:
     assert not users.check("", "")
 
 
-def test_unknown_user_is_refused_with_the_password_of_nobody() -> None:
+def test_unknown_user_is_refused_with_a_password_of_no_user() -> None:
     users = Users({"Administrator": hash_password("1")})
     users._nobody = hash_password("2")
     assert not users.check("stranger", "2")
@@ -26,7 +26,7 @@ def test_users_have_their_rights_or_all() -> None:
     assert users.rights("Administrator") == ALL_RIGHTS
 
 
-def test_without_users_nobody_may() -> None:
+def test_without_users_no_client_is_permitted() -> None:
     assert not Users()
     assert not Users().check("Administrator", "1")
 

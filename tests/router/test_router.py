@@ -162,7 +162,7 @@ def test_a_freed_port_is_nobodys(router: Router) -> None:
         (AmsAddress.of(THEIRS, 851), 0x7),
     ],
 )
-def test_a_request_nobody_takes_is_answered_in_the_header(
+def test_a_request_to_no_device_is_answered_in_the_header(
     router: Router, target: AmsAddress, code: int
 ) -> None:
     client = Inbox()
@@ -233,7 +233,7 @@ def test_an_answer_goes_back_the_way_the_request_came(router: Router) -> None:
 
 
 @pytest.mark.parametrize(("command", "flags"), [(8, 4), (2, 5)])
-def test_what_is_for_a_closed_way_is_lost_whoever_has_the_address_now(
+def test_frames_for_a_closed_way_are_lost_whatever_has_the_address_now(
     router: Router, command: int, flags: int
 ) -> None:
     closed, again = Inbox(), Inbox()

@@ -251,7 +251,7 @@ def test_no_route_leads_to_the_router_itself() -> None:
 FINGERPRINT = "AB:" * 31 + "AB"
 
 
-def test_a_secure_route_admits_nobody_by_plain_tcp() -> None:
+def test_a_secure_route_admits_no_client_by_plain_tcp() -> None:
     net_id = NetId("5.1.2.3.1.1")
     route = Route(name="a", net_id=net_id, host="10.0.0.1", tls=RouteTls(fingerprint=FINGERPRINT))
     assert route.endpoint() == ("10.0.0.1", 8016)

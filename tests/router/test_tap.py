@@ -63,7 +63,7 @@ def test_requests_and_answers_with_time_and_peer(router: Router) -> None:
     assert tap.take(1000) == []
 
 
-def test_the_oldest_are_lost_when_nobody_fetches(router: Router) -> None:
+def test_the_oldest_are_lost_when_they_are_not_fetched(router: Router) -> None:
     tap = Taps(router, lambda: 0, limit=300).open()
     for number in range(10):
         _ask(router, 851, number)

@@ -176,7 +176,7 @@ END_PROGRAM
 """
 
 
-def test_an_exception_in_fb_exit_is_told_with_its_line(tmp_path: Path) -> None:
+def test_an_exception_in_fb_exit_is_reported_with_its_line(tmp_path: Path) -> None:
     station = _station(tmp_path, EXIT)
     station.advance(0.05)
     (tmp_path / "bad.st").write_text(EXIT.replace("VAR n : INT;", "VAR n : INT; m : INT;"))

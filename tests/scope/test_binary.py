@@ -32,7 +32,7 @@ def test_a_recording_comes_back(tmp_path: Path) -> None:
     assert back["level"].channel.unit == "mm"
 
 
-def test_the_form_is_as_it_is_told(tmp_path: Path) -> None:
+def test_the_form_is_as_requested(tmp_path: Path) -> None:
     """The bytes that the module's first lines describe, made by hand."""
     header = {
         "name": "n", "trigger_ns": None,
@@ -87,7 +87,7 @@ def test_a_broken_file_is_refused_or_read_as_far_as_it_goes(
         pass
 
 
-def test_what_is_not_a_recording_is_told(tmp_path: Path) -> None:
+def test_what_is_not_a_recording_is_reported(tmp_path: Path) -> None:
     path = tmp_path / "a.scope"
     for content, message in (
         (b"", "not a recording"),

@@ -74,7 +74,7 @@ def test_json_has_every_field() -> None:
         ({"symbol": "a", "offset": 10**400}, "channel.offset: expected a number"),
     ],
 )
-def test_what_names_no_value_is_told(document: Any, message: str) -> None:
+def test_what_names_no_value_is_reported(document: Any, message: str) -> None:
     with pytest.raises(ScopeError, match=message):
         channel_of(document)
 

@@ -22,7 +22,7 @@ KEYS = [
 """As in the files of scope 3.4 (camshaft_scope_facts B.3)."""
 
 
-def test_the_head_tells_name_and_times() -> None:
+def test_the_head_has_name_and_times() -> None:
     lines = csv_text(recording(), "press.csv").split("\n")
     assert lines[:6] == [
         "Name\tpress 1",

@@ -41,7 +41,7 @@ def test_numpy_has_the_same() -> None:
         assert track.array.dtype == numpy.dtype(kind)
 
 
-def test_the_ending_tells_the_form(tmp_path: Path) -> None:
+def test_the_ending_determines_the_form(tmp_path: Path) -> None:
     data = recording()
     data.save(tmp_path / "a.csv")
     data.save(str(tmp_path / "a.SCOPE"))

@@ -49,7 +49,7 @@ def test_a_definition_survives_its_document() -> None:
         ({"channels": ["a"], "triggers": ["a rising"] * 65}, "triggers: expected up to 64"),
     ],
 )
-def test_what_cannot_be_is_told(document: dict[str, Any], message: str) -> None:
+def test_what_cannot_be_is_reported(document: dict[str, Any], message: str) -> None:
     with pytest.raises(ScopeError, match=message):
         definition_of(document)
 

@@ -42,7 +42,7 @@ def test_words_say_what_fires(words: str, trigger: ScopeTrigger) -> None:
         ({"channel": "a", "kind": "above", "level": None}, "expected a finite number"),
     ],
 )
-def test_what_is_no_trigger_is_told(document: Any, message: str) -> None:
+def test_what_is_no_trigger_is_reported(document: Any, message: str) -> None:
     with pytest.raises(ScopeError, match=message):
         trigger_of(document)
 

@@ -109,7 +109,7 @@ class TestRawEthernet:
         assert link.gone
         link.close()
 
-    def test_a_missing_interface_is_told_with_those_there_are(self) -> None:
+    def test_a_missing_interface_is_reported_with_those_there_are(self) -> None:
         with pytest.raises(LinkError, match=r"no interface nowhere0 .* there are .*lo"):
             EthernetLink("nowhere0")
 

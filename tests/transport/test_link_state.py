@@ -24,7 +24,7 @@ def test_an_interface_that_is_there_has_a_link(interface: str, up: bool) -> None
 @pytest.mark.parametrize(
     ("number", "up"), [(errno.EOPNOTSUPP, True), (errno.ENODEV, False), (errno.ENXIO, False)]
 )
-def test_a_driver_that_does_not_tell_has_one(
+def test_a_driver_that_does_not_report_has_one(
     number: int, up: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def refuse(*_: object) -> None:

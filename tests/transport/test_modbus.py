@@ -74,13 +74,13 @@ def test_a_device_that_hangs_up_without_an_answer(client: ModbusClient) -> None:
             client.request(at(device.port), 1, b"ab", LONG).result()
 
 
-def test_nobody_is_there(client: ModbusClient) -> None:
+def test_a_missing_device(client: ModbusClient) -> None:
     port = free_port()
     with pytest.raises(ConnectionRefusedError):
         client.request(at(port), 1, b"ab", LONG).result()
 
 
-def test_no_answer_in_time_and_a_late_one_meets_nobody(client: ModbusClient) -> None:
+def test_a_late_answer_reaches_no_other_request(client: ModbusClient) -> None:
     answers: list[bytes | None] = [None, b"second"]
     with tcp_device(lambda unit, pdu: answers.pop(0)) as device:
         with pytest.raises(TimeoutError):
@@ -121,7 +121,7 @@ def test_too_many_requests_for_one_device_are_refused(client: ModbusClient) -> N
         assert not futures[0].done()
 
 
-def test_devices_asked_least_recently_lose_their_connections(client: ModbusClient) -> None:
+def test_least_recently_used_devices_lose_their_connections(client: ModbusClient) -> None:
     with tcp_device() as device:
         for number in range(70):
             peer = ModbusPeer(f"127.0.0.{number % 2 + 1}", device.port if number == 0 else 1, True)

@@ -43,7 +43,7 @@ def test_without_a_route_the_host_name_counts(address: str | OSError, message: s
         assert address_for_others("::") == message
 
 
-def test_this_computer_listens_at_the_address_that_is_told() -> None:
+def test_this_computer_listens_at_the_reported_address() -> None:
     address = address_for_others("0.0.0.0")
     assert ipaddress.ip_address(address)
     with (

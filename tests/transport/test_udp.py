@@ -63,13 +63,13 @@ async def test_a_search_finds_the_router_and_keeps_its_invoke_id() -> None:
             break
 
 
-async def test_a_search_waits_for_all_and_tells_each_once() -> None:
+async def test_a_search_waits_for_all_and_reports_each_once() -> None:
     async with endpoint() as router:
         answers = await scan(["127.0.0.1", "127.0.0.1"], seconds=0.2, port=router.port)
         assert answers == [(INFO, "127.0.0.1")]
 
 
-async def test_where_nobody_is_nobody_is_found() -> None:
+async def test_without_a_station_none_is_found() -> None:
     async with endpoint() as router:
         port = router.port
     assert await scan(["127.0.0.1"], seconds=0.05, port=port) == []

@@ -57,7 +57,7 @@ def test_without_a_token_only_pages_of_this_computer(
     assert status(AccessGuard("", 8080), **headers) == expected
 
 
-def test_with_a_token_every_name_and_nobody_without_it() -> None:
+def test_with_a_token_every_name_is_served_and_without_it_none() -> None:
     guard = AccessGuard("geheim", 8080)
     there = {"host": "plc.example:8080", "origin": "http://plc.example:8080"}
     assert status(guard, **there) == 401

@@ -204,7 +204,7 @@ async def test_broken_frames_end_the_connection_and_nothing_else(shown: Shows, d
         assert (await browser.get("/"))[0] == 200
 
 
-async def test_one_page_too_many_is_told_so(shown: Shows) -> None:
+async def test_one_page_too_many_gets_the_reason(shown: Shows) -> None:
     async with opened(shown, viewers=1) as (_, browser), browser.socket() as first:
         await first.next()
         first.send(events.TextMessage('{"id": 1, "call": "hello"}'))

@@ -22,7 +22,7 @@ def row(axis: int, **wanted: Any) -> Callable[[Any], bool]:
     return right
 
 
-async def test_rows_tell_who_where_and_how(shown: Shows) -> None:
+async def test_rows_have_name_unit_and_state(shown: Shows) -> None:
     async with shown() as it, it.page() as page:
         watch = (await page.done("watch", topic="axes", every=0.1))["watch"]
         rows = await page.value(watch)
@@ -91,7 +91,7 @@ async def test_one_axis_in_detail(shown: Shows) -> None:
         assert message["error"]["code"]
 
 
-async def test_what_the_nc_refuses_is_told_with_code_and_name(shown: Shows) -> None:
+async def test_what_the_nc_refuses_is_reported_with_code_and_name(shown: Shows) -> None:
     async with shown() as it, it.page() as page:
         error = await page.refused("axes.do", axis=1, action="move", to=5.0, velocity=10.0)
     assert (error["code"], error["name"]) == (0x4260, "CONTROLLER_ENABLE_MISSING")

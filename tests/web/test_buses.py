@@ -45,7 +45,7 @@ async def test_slaves_and_drives_with_their_states(shown: Shows, station: Statio
         }  # fmt: skip
 
 
-async def test_an_alarm_and_lost_frames_are_told(shown: Shows, station: Station) -> None:
+async def test_an_alarm_and_lost_frames_are_reported(shown: Shows, station: Station) -> None:
     async with shown(station) as it, it.page() as page:
         buses = (await page.done("watch", topic="bus", every=0.1))["watch"]
         drives = (await page.done("watch", topic="drives", every=0.1))["watch"]

@@ -43,7 +43,7 @@ def station() -> Station:
     return Station(parse(document, "a.toml"), base=Path())
 
 
-async def test_drives_are_told_in_units_of_their_axes(shown: Shows, station: Station) -> None:
+async def test_drives_are_reported_in_units_of_their_axes(shown: Shows, station: Station) -> None:
     async with shown(station) as it, it.page() as page:
         watch = (await page.done("watch", topic="bus", every=0.1))["watch"]
         await page.value(watch, lambda value: value[0]["state"] == "OP")

@@ -101,7 +101,7 @@ async def test_a_fault_is_set_seen_and_cleared(shown: Shows) -> None:
         await page.value(watch, lambda value: value == [])
 
 
-async def test_what_is_not_a_fault_is_told(shown: Shows) -> None:
+async def test_what_is_not_a_fault_is_reported(shown: Shows) -> None:
     async with shown() as it, it.page() as page:
         assert "kind: expected one of" in (await page.refused("faults.set", kind="x"))["text"]
         assert "by" in (await page.refused("faults.set", kind="delay", by="long"))["text"]

@@ -93,7 +93,7 @@ def test_blocks_are_bounded_and_gaps_are_marked(blocks: list[tuple[int, int]]) -
     asyncio.run(play())
 
 
-async def test_the_end_is_told_even_if_its_block_is_dropped() -> None:
+async def test_the_end_is_reported_even_if_its_block_is_dropped() -> None:
     send_queue = PageSendQueue()
     send_queue.put_block(1, bytes(8), 1, 1, BlockFlag.TRIGGER)
     for _ in range(3):

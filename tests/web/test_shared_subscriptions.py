@@ -74,7 +74,7 @@ async def test_a_value_that_stays_is_sent_once() -> None:
     subscriptions.close()
 
 
-async def test_a_refusal_is_shown_and_the_target_asked_again() -> None:
+async def test_a_refusal_is_shown_and_the_target_queried_again() -> None:
     counted = Counted(fails=3)
     subscriptions = SharedSubscriptions({"t": Topic(counted.run)}, pause)
     send_queue = PageSendQueue()

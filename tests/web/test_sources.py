@@ -46,7 +46,7 @@ async def test_what_is_refused(shown: Shows, project: Path) -> None:
         assert (project / "MAIN.st").read_text().endswith("(* another editor *)")
 
 
-async def test_a_page_that_types_is_told_what_others_wrote(shown: Shows, project: Path) -> None:
+async def test_a_page_that_types_gets_what_others_wrote(shown: Shows, project: Path) -> None:
     served = shown(station(project), settings(project))
     async with served as it, it.page() as one, it.page() as other:
         arguments = {"project": 0, "file": "MAIN.st"}

@@ -11,7 +11,7 @@ from achse.web.traffic import rows_of_demo
 Shows = Callable[..., Any]
 
 
-async def test_what_others_ask_is_shown_and_our_own_requests_are_not(shown: Shows) -> None:
+async def test_requests_of_others_are_shown_and_our_own_are_not(shown: Shows) -> None:
     async with shown() as it, it.page() as page:
         watch = (await page.done("watch", topic="traffic", samples=False))["watch"]
         await page.done("watch", topic="axes")

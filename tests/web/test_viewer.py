@@ -51,7 +51,7 @@ async def test_pages_that_may_only_look_change_nothing(shown: Shows) -> None:
         assert not (await page.value(watch))[0]["enable"]["controller"]
 
 
-async def test_a_page_that_reads_nothing_holds_nobody_up(shown: Shows) -> None:
+async def test_a_page_that_reads_nothing_delays_no_other(shown: Shows) -> None:
     async with shown() as it, it.page() as slow, it.page() as good:
         slow.reads.clear()
         for number in range(500):

@@ -30,7 +30,7 @@ async def test_what_is_not_there_is_left_out() -> None:
         assert not watched.may_change
 
 
-async def test_a_loss_and_the_return_are_told(shown: Shows) -> None:
+async def test_a_loss_and_the_return_are_reported(shown: Shows) -> None:
     async with shown() as it, it.page() as page:
         await page.done("hello")
         link = it.server.watched.client.session.link

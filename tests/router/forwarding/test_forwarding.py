@@ -296,7 +296,7 @@ REQUEST = st.tuples(
 
 @settings(max_examples=40)
 @given(st.lists(st.one_of(REQUEST, st.integers(0, 20)), max_size=40), st.integers(1, 5))
-def test_client_that_waits_for_little_is_forwarded_beside_one_that_asks_for_much(
+def test_client_with_few_requests_is_forwarded_beside_one_with_many(
     steps: list[tuple[int, Command, int, bool, int] | int], most: int
 ) -> None:
     """Before, 5 MB of requests for 26 GB of answers kept all other clients out for minutes."""
@@ -353,7 +353,7 @@ def test_load_of_a_client_ends_with_answers_that_are_lost() -> None:
     assert not refused(4, 11 * second)
 
 
-def test_client_in_this_process_is_told_by_a_sample_without_data() -> None:
+def test_client_in_this_process_gets_a_sample_without_data() -> None:
     chain = Chain(1)
     router = chain.hosts[0].router
     frames: list[Frame] = []
@@ -391,7 +391,7 @@ def test_port_that_is_closed_leaves_nothing_though_its_connection_stays() -> Non
         assert chain.target.held_by_clients == (0, 0)
 
 
-def test_request_in_a_ring_ends_whatever_others_ask_there() -> None:
+def test_request_in_a_ring_ends_whatever_others_request_there() -> None:
     loop = Loop()
     ring = [Host(loop, NetId(f"5.0.0.{n}.1.1")) for n in range(1, 4)]
     for here, there in zip(ring, [*ring[1:], ring[0]], strict=True):

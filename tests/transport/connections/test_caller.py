@@ -26,7 +26,7 @@ def request(number: int, size: int = 0) -> Frame:
     return Frame(PLC, OURS, 2, 4, 0, number, bytes(size))
 
 
-def test_a_port_is_asked_for_granted_once_and_given_back() -> None:
+def test_a_port_is_requested_granted_once_and_given_back() -> None:
     heard = Heard()
     caller = heard.caller
     grant = TcpMessage(TcpCommand.PORT_CONNECT, bytes(OURS)).encode_tcp()

@@ -8,7 +8,7 @@ from achse.ams import AmsAddress, Command, Frame
 from achse.transport.connections.circles import CircleWarning
 
 
-def test_circles_of_one_connection_are_told_once_in_ten_seconds(
+def test_circles_of_one_connection_are_reported_once_in_ten_seconds(
     caplog: pytest.LogCaptureFixture,
 ) -> None:
     source, target = AmsAddress("1.2.3.4.1.1:32768"), AmsAddress("5.1.2.3.1.1:851")

@@ -51,7 +51,7 @@ def numbered(source: AmsAddress, number: int) -> bytes:
     )
 )
 @settings(max_examples=17)
-def test_requests_are_done_in_order_however_much_others_ask(
+def test_requests_are_done_in_order_however_much_others_query(
     portions: list[tuple[int, int, int]],
 ) -> None:
     """Portions of so many requests from peers at hosts; in between, turns of the loop."""

@@ -176,7 +176,7 @@ def test_a_value_that_is_refused_is_refused_by_the_long_way() -> None:
     assert len(answers) == 1
 
 
-def test_a_client_that_never_asks_twice_leaves_little_behind() -> None:
+def test_a_client_that_never_repeats_a_request_leaves_little_behind() -> None:
     bench = Bench(short=True)
     for length in range(1000):
         bench.peer.receive(_request(length=length))

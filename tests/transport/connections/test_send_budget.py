@@ -31,7 +31,7 @@ def test_the_largest_goes_until_an_eighth_is_free() -> None:
     assert budget.total == 401
 
 
-def test_what_drained_without_a_word_is_asked_for_before_anybody_goes() -> None:
+def test_silently_drained_buffers_are_polled_before_any_client_is_dropped() -> None:
     budget = SendBudget(100)
     first, second = Keeps(), Keeps()
     first.buffered_bytes = 90

@@ -117,7 +117,7 @@ async def test_messages_go_by_their_topics() -> None:
         assert press.unsent == 0
 
 
-async def test_without_retained_infos_a_newcomer_is_told_once() -> None:
+async def test_without_retained_infos_a_newcomer_is_informed_once() -> None:
     broker = Broker()
     async with network(broker, PRESS, "press", no_retain=True) as (press, _):
         async with network(broker, PANEL, "panel", no_retain=True) as (panel, _):
@@ -129,7 +129,7 @@ async def test_without_retained_infos_a_newcomer_is_told_once() -> None:
         assert len(infos) <= 6  # no echo without end
 
 
-async def test_a_broken_connection_leaves_nobody_online_and_is_made_again(
+async def test_a_broken_connection_leaves_no_router_online_and_is_made_again(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr(mqtt, "_FIRST_PAUSE", 0.0)
@@ -153,7 +153,7 @@ async def test_a_broken_connection_leaves_nobody_online_and_is_made_again(
         assert seen.events.count("joined") == 2
 
 
-async def test_too_many_routers_are_told_once(
+async def test_too_many_routers_are_reported_once(
     monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
     monkeypatch.setattr(mqtt, "_MOST_PARTNERS", 3)
@@ -203,7 +203,7 @@ async def test_two_routers_with_one_net_id_do_not_answer_each_other_for_ever() -
         assert len(broker.published) <= 4
 
 
-async def test_foreign_nonsense_stops_nobody() -> None:
+async def test_foreign_nonsense_stops_no_other() -> None:
     broker = Broker()
     async with network(broker, PRESS, "press") as (press, seen):
         for payload in (b"\xff\xfe", b"<x", b"<info><online>true"):

@@ -12,7 +12,7 @@ def ask(target: AmsAddress, invoke_id: int, flags: int = 4) -> Frame:
     return Frame(target, PANEL, 2, flags, 0, invoke_id, bytes(12))
 
 
-def test_what_a_router_was_asked_fails_with_it() -> None:
+def test_requests_to_a_router_fail_with_it() -> None:
     requests = PartnerRequests()
     for frame in (ask(PRESS, 1), ask(PRESS, 2), ask(SAW, 1), ask(SAW, 9, 4 | Flags.NO_RESPONSE)):
         requests.add(frame)

@@ -70,7 +70,7 @@ async def member(
         await routes.close()
 
 
-async def test_one_asks_the_other_and_both_ways_at_once() -> None:
+async def test_one_queries_the_other_and_both_ways_at_once() -> None:
     broker = Broker()
     async with member(broker, PRESS, "press") as press, member(broker, PANEL, "panel") as panel:
         await until(lambda: press.partners and panel.partners)
@@ -86,7 +86,7 @@ async def test_one_asks_the_other_and_both_ways_at_once() -> None:
             assert {(each.data, each.error) for each in client.got} == {(b"hello", 0)}
 
 
-async def test_what_a_partner_was_asked_fails_at_once_when_it_vanishes(
+async def test_requests_to_a_partner_fail_at_once_when_it_vanishes(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr(mqtt, "_FIRST_PAUSE", 10.0)
@@ -153,7 +153,7 @@ async def test_what_is_not_for_us_or_no_frame_is_dropped() -> None:
 
 
 @pytest.mark.parametrize("claimed", [PRESS, NetId("127.0.0.1.1.1")])
-async def test_nobody_in_the_network_speaks_for_this_router(claimed: NetId) -> None:
+async def test_no_router_in_the_network_speaks_for_this_router(claimed: NetId) -> None:
     broker = Broker()
     async with member(broker, PRESS, "press") as press:
         press.router.register(851, device := Device(press.router))
@@ -187,7 +187,7 @@ async def test_the_rights_of_a_secure_route_are_not_had_by_a_broker() -> None:
         assert len(device.requests) == 1
 
 
-async def test_a_partner_that_was_cut_off_is_asked_again() -> None:
+async def test_a_partner_that_was_cut_off_is_queried_again() -> None:
     broker = Broker()
     async with member(broker, PRESS, "press") as press, member(broker, PANEL, "panel") as panel:
         await until(lambda: press.partners and panel.partners)
@@ -204,7 +204,7 @@ async def test_a_partner_that_was_cut_off_is_asked_again() -> None:
         assert client.got[1].data == b"hello"
 
 
-async def test_a_unidirectional_router_is_not_asked() -> None:
+async def test_a_unidirectional_router_is_not_queried() -> None:
     broker = Broker()
     async with (
         member(broker, PRESS, "press", unidirectional=True) as press,

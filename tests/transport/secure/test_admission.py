@@ -391,7 +391,7 @@ def test_client_that_gets_no_place_is_ended_and_counted(monkeypatch: pytest.Monk
         assert (owner.refused, len(ends)) == ((0, 0) if has_place else (1, 1))
 
 
-def test_bytes_that_nobody_has_looked_at_are_kept_in_order() -> None:
+def test_unread_bytes_are_kept_in_order() -> None:
     left = [b"ab", b"c"]
     owner: Any = SimpleNamespace(handshakes=SimpleNamespace(end=lambda _: left.pop(0)))
     client = _Counted.__new__(_Counted)

@@ -222,7 +222,7 @@ async def test_a_server_that_says_nothing_is_waited_for_in_vain(
     assert pair.ended == [pair.server]
 
 
-async def test_a_connection_that_is_lost_while_it_opens_is_told() -> None:
+async def test_a_connection_that_is_lost_while_it_opens_is_reported() -> None:
     pair = Pair()
     pair.client.connection_lost(ConnectionResetError("reset"))
     pair.server.connection_lost(None)

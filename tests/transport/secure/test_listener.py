@@ -261,7 +261,7 @@ def test_a_key_has_the_rights_of_its_own_route_alone() -> None:
     assert not panel.is_for(by_fingerprint, router, "192.0.2.7")
 
 
-async def test_nobody_speaks_for_this_router_or_for_others() -> None:
+async def test_no_client_speaks_for_this_router_or_for_others() -> None:
     async with listening() as listener:
         first = known(user="Administrator", password="1")
         assert await refusal(listener, first, OURS) == SecureRefusal.UNKNOWN_CERTIFICATE
@@ -278,7 +278,7 @@ async def test_nobody_speaks_for_this_router_or_for_others() -> None:
         assert await (await connect(listener, known())).ask(behind) == b"hello"
 
 
-async def test_one_way_routes_ask_nothing_here() -> None:
+async def test_one_way_routes_query_nothing_here() -> None:
     async with listening() as listener:
         tls = RouteTls(fingerprint=identity("panel").fingerprint)
         listener.router.routes.add(
@@ -316,7 +316,7 @@ async def test_certificates_of_the_authority_get_in_by_name_or_address() -> None
         assert await refusal(listener, bad) == SecureRefusal.UNKNOWN_CERTIFICATE
 
 
-async def test_an_old_block_version_is_told() -> None:
+async def test_an_old_block_version_is_reported() -> None:
     async with listening() as listener:
         verdict = listener._verdict
 
@@ -352,7 +352,7 @@ async def test_first_contact_may_keep_the_address() -> None:
         assert route.tls == RouteTls(fingerprint=identity("panel").fingerprint)
 
 
-async def test_a_client_that_nobody_waits_for_goes_at_once() -> None:
+async def test_a_client_that_is_not_awaited_is_ended_at_once() -> None:
     lost = asyncio.Event()
 
     class Silent(asyncio.Protocol):
@@ -525,7 +525,7 @@ async def drain(reader: asyncio.StreamReader) -> None:
 
 
 @pytest.mark.parametrize("reads", [True, False])
-async def test_who_asks_for_new_keys_again_and_again_is_ended(
+async def test_who_requests_new_keys_again_and_again_is_ended(
     reads: bool, caplog: pytest.LogCaptureFixture
 ) -> None:
     """Each is refused; a client beside it has all of its answers."""

@@ -84,7 +84,7 @@ def test_names_and_addresses() -> None:
     assert names_of(parsed.public_bytes(Encoding.DER)) == {"press", "192.0.2.7", "::1"}
 
 
-def test_what_cannot_be_used_is_told(tmp_path: Path) -> None:
+def test_what_cannot_be_used_is_reported(tmp_path: Path) -> None:
     ours, others = identity("panel"), identity("other")
     with pytest.raises(CertificateError, match=r"other.*achse\.key is not the key of .*panel"):
         OwnCertificate.load(ours.certificate, others.key)

@@ -88,7 +88,7 @@ def test_an_authority_vouches_for_its_own_only() -> None:
     assert client.trusted
 
 
-def test_a_client_does_not_talk_to_a_server_that_nobody_vouches_for() -> None:
+def test_a_client_does_not_talk_to_a_server_without_a_trusted_certificate() -> None:
     client = ClientTls(signed("panel"), ca=authority()).start()
     with pytest.raises(TlsError, match=r"self.signed|unable to get"):
         shake(ServerTls(identity("press")), client)
@@ -415,7 +415,7 @@ def test_garbage_in_the_middle_is_an_error() -> None:
         server.receive(bytes(data))
 
 
-def test_an_end_is_told() -> None:
+def test_an_end_is_reported() -> None:
     client = ClientTls(identity("panel")).start()
     server = shake(ServerTls(identity("press")), client)
     client.send(b"last")

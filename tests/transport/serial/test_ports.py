@@ -40,7 +40,7 @@ def station(tmp_path: Path, own_net_id: str, **serial: object) -> Station:
     return Station(parse(document, "a.toml"), base=tmp_path)
 
 
-async def test_a_client_asks_a_station_over_a_serial_port(tmp_path: Path) -> None:
+async def test_a_client_queries_a_station_over_a_serial_port(tmp_path: Path) -> None:
     with cable() as line:
         served = station(tmp_path, FAR, port=line.left, baud=115_200)
         async with (

@@ -145,7 +145,7 @@ class Socket:
         return self.info[:size]
 
 
-def test_silence_is_unknown_without_a_socket_that_tells(monkeypatch: Any) -> None:
+def test_silence_is_unknown_without_a_socket_that_reports(monkeypatch: Any) -> None:
     peer: Any = Connection()
     info = struct.pack("=8B24I", *range(8), *range(1000, 25000, 1000))
     for socket in (None, Socket(None), Socket(b"")):

@@ -194,7 +194,7 @@ async def test_a_notification_reaches_a_client_that_never_registered() -> None:
         assert (await peer.next_frame()).data == b"sample"
 
 
-async def test_an_exception_over_one_frame_is_told_and_closes_nothing(
+async def test_an_exception_over_one_frame_is_reported_and_closes_nothing(
     caplog: pytest.LogCaptureFixture,
 ) -> None:
     class Broken:
@@ -227,7 +227,7 @@ async def test_the_registration_as_bytes() -> None:
         assert await peer.reader.readexactly(12) == bytes.fromhex("0210 06000000 050102030101")
 
 
-async def test_a_taken_port_closes_the_connection_that_asks(
+async def test_a_taken_port_closes_the_connection_that_queries(
     caplog: pytest.LogCaptureFixture,
 ) -> None:
     async with running() as station, peers(station, 2) as (holder, second):
@@ -250,7 +250,7 @@ async def test_port_close_frees_the_port_and_with_the_last_one_ends_the_connecti
         assert station.router.ports == [851]
 
 
-async def test_nobody_closes_the_port_of_another() -> None:
+async def test_no_client_closes_the_port_of_another() -> None:
     async with running() as station, peers(station, 2) as (holder, other):
         address = await holder.register()
         other.send(TcpMessage(PORT_CLOSE, address[6:]), TcpMessage(PORT_CLOSE, PLC[6:]))
@@ -299,7 +299,7 @@ def test_loopback_hosts(host: str, ours: bool) -> None:
 # foreign servers
 
 
-async def test_a_registered_foreign_server_is_asked_and_answers() -> None:
+async def test_a_registered_foreign_server_is_queried_and_answers() -> None:
     async with running() as station, peers(station, 2) as (server, client):
         address = await server.register(30012)
         for net_id in (OURS, LOOPBACK_NET_ID):

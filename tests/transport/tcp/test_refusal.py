@@ -125,7 +125,7 @@ async def test_only_the_first_request_is_answered() -> None:
         assert len(await answered(await listener.dial(), request().encode_tcp() * 100)) == 38
 
 
-async def test_whoever_closes_is_forgotten() -> None:
+async def test_a_client_that_closes_is_forgotten() -> None:
     async with full() as listener:
         reader, writer = await listener.dial()
         writer.write_eof()
@@ -134,7 +134,7 @@ async def test_whoever_closes_is_forgotten() -> None:
 
 
 @pytest.mark.parametrize("packet", [b"", b"\0\0", request().encode_tcp()])
-async def test_whoever_stays_is_dropped_after_a_while(
+async def test_a_client_that_stays_is_dropped_after_a_while(
     packet: bytes, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(refusal, "_PATIENCE", 0.05)
@@ -193,7 +193,7 @@ async def code_of_answer(streams: Streams) -> int:
     return answer.error
 
 
-async def test_beyond_the_limit_requests_are_refused_until_there_is_room_and_it_is_told_once(
+async def test_beyond_the_limit_requests_are_refused_until_there_is_room_and_it_is_reported_once(
     caplog: pytest.LogCaptureFixture,
 ) -> None:
     async with listening(max_connections=2) as listener, client_of(listener) as first:
@@ -217,7 +217,7 @@ async def test_beyond_the_limit_requests_are_refused_until_there_is_room_and_it_
     assert len([each for each in caplog.messages if "no room" in each]) == 2
 
 
-async def test_a_listener_that_accepts_nobody_closes_at_once() -> None:
+async def test_a_listener_without_clients_closes_at_once() -> None:
     async with listening(max_connections=2) as listener:
         listener.accepting = False
         async with client_of(listener) as (reader, _):

@@ -101,14 +101,14 @@ def test_those_behind_it_with_a_route_by_it_have_their_own_rights() -> None:
     assert far.ask(elsewhere.net_id, WRITE) == 0x723
 
 
-def test_a_strict_station_is_asked_by_nobody_without_a_route() -> None:
+def test_a_strict_station_admits_no_client_without_a_route() -> None:
     far = Far(strict=True)
     assert far.ask(THEIRS, WRITE) == 0
     assert (far.ask(BEHIND), far.ask(BEHIND, WRITE)) == (0x723, 0x723)
     assert not far.line.ended  # others use it
 
 
-def test_behind_a_one_way_route_nobody_asks_under_any_name() -> None:
+def test_behind_a_one_way_route_no_client_is_admitted_under_any_name() -> None:
     far = Far(one_way=True)
     assert [far.ask(each) for each in (THEIRS, BEHIND, OURS)] == [0x723] * 3
 

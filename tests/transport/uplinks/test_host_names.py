@@ -82,7 +82,7 @@ async def test_who_comes_from_elsewhere_makes_few_look_ups() -> None:
         assert len(names.lookups) <= 2
 
 
-async def test_a_look_up_that_hangs_holds_nobody_up() -> None:
+async def test_a_look_up_that_hangs_delays_no_other() -> None:
     routes, names = RouteTable([MILL]), Names(mill_local=["10.0.0.3"])
     names.answers.clear()
     async with looking_up(routes, names) as looked_up:
@@ -90,7 +90,7 @@ async def test_a_look_up_that_hangs_holds_nobody_up() -> None:
         assert routes.admission(MILL.net_id, "10.0.0.3") is Admission.UNKNOWN
 
 
-async def test_an_unknown_name_is_told_and_lets_nobody_in(
+async def test_an_unknown_name_is_reported_and_admits_no_client(
     caplog: pytest.LogCaptureFixture,
 ) -> None:
     routes = RouteTable([MILL])

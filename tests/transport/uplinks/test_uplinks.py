@@ -137,7 +137,7 @@ async def test_requests_that_go_in_circles_end_with_0x7(caplog: pytest.LogCaptur
         assert client.frames.empty()
 
 
-async def test_answers_and_samples_that_nobody_asked_for_do_not_circle_either() -> None:
+async def test_answers_and_samples_that_no_client_requested_do_not_circle_either() -> None:
     """The way to the address was learned from the refusals of a request that went round."""
     async with hosts(3) as ring:
         for here, there in pairwise((*ring, ring[0])):
@@ -155,7 +155,7 @@ async def test_answers_and_samples_that_nobody_asked_for_do_not_circle_either() 
         await writer.wait_closed()
 
 
-async def test_samples_pass_two_routers_to_whoever_was_answered() -> None:
+async def test_samples_pass_two_routers_to_a_client_that_was_answered() -> None:
     async with hosts(3) as (one, two, three):
         one.leads(NET_IDS[2], two)
         two.leads(NET_IDS[2], three)
@@ -250,7 +250,7 @@ async def test_requests_from_the_far_end_of_a_one_way_route_are_refused() -> Non
         assert (await Client(there.router).ask(NET_IDS[0])).error == 0
 
 
-async def test_where_routes_are_required_a_stranger_is_told_how_to_get_one(
+async def test_where_routes_are_required_a_stranger_learns_how_to_get_one(
     caplog: pytest.LogCaptureFixture,
 ) -> None:
     async with hosts(2, routes_required=True) as (here, there):
@@ -265,7 +265,7 @@ async def test_where_routes_are_required_a_stranger_is_told_how_to_get_one(
         assert (await client.ask(NET_IDS[1])).error == 0
 
 
-async def test_our_own_net_id_lets_nobody_in_from_elsewhere(
+async def test_our_own_net_id_admits_no_client_from_elsewhere(
     caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     async with hosts(2, routes_required=True) as (here, there):
