@@ -58,5 +58,5 @@ def test_inputs_are_set_by_name(service: SlaveService) -> None:
         ({"slave": 2, "channel": "Value", "what": 1}, "expected channel, slave, value"),
     ],
 )
-def test_what_cannot_be_is_told(service: SlaveService, request_: Any, message: str) -> None:
+def test_what_cannot_be_is_reported(service: SlaveService, request_: Any, message: str) -> None:
     assert message in ask(service, **request_)["error"]

@@ -86,7 +86,9 @@ def test_who_subscribed_gets_every_message_in_order(logger: LoggerDevice, client
     ]
 
 
-def test_equal_messages_at_different_times_are_both_told(logger: LoggerDevice, client: Any) -> None:
+def test_equal_messages_at_different_times_are_both_reported(
+    logger: LoggerDevice, client: Any
+) -> None:
     client.subscribe(1, 65535, 64)
     client.samples()
     for time in (1, 2):
@@ -115,7 +117,7 @@ def test_a_subscriber_that_is_far_behind_misses_the_oldest(
     st.integers(1, 20),
     st.integers(1, 40),
 )
-def test_whoever_writes_the_log_gets_so_many_lines_a_second_and_no_more(
+def test_any_client_that_writes_the_log_gets_so_many_lines_a_second_and_no_more(
     steps: list[tuple[int, int, int]], each: int, everybody: int
 ) -> None:
     """Hosts with many addresses each, at random times; what is left out is counted."""
@@ -219,7 +221,7 @@ def test_the_event_logger_takes_every_write(
     assert caplog.messages == [f"event 0x1234:0x5 of {client.address}: {shown}"]
 
 
-def test_the_event_logger_tells_nothing(
+def test_the_event_logger_reports_nothing(
     router: Router, client_of: Callable[..., Any], refused: Any
 ) -> None:
     EventLoggerDevice(clock=lambda: 0).attach(router, 110)

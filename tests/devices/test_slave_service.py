@@ -60,11 +60,11 @@ def test_objects_are_read_and_written(own: Any) -> None:
         {"index": 0x6085, "value": None},
     ],
 )
-def test_what_is_no_request_is_told(own: Any, request_: dict[str, Any]) -> None:
+def test_what_is_no_request_is_reported(own: Any, request_: dict[str, Any]) -> None:
     assert "error" in ask(own, **request_)
 
 
-def test_no_json_is_told(own: Any) -> None:
+def test_no_json_is_reported(own: Any) -> None:
     assert "error" in json.loads(own.exchange(OBJECTS, 0, 1000, b"\xff"))
     assert "error" in json.loads(own.exchange(OBJECTS, 0, 1000, b"[]"))
 

@@ -67,7 +67,7 @@ def test_faults_are_added_listed_and_cleared(station: Station, own: Any, refused
         (b'{"kind": "drop", "at": Infinity}', "at: expected 0.."),
     ],
 )
-def test_a_fault_that_cannot_be_is_told(own: Any, data: bytes, message: str) -> None:
+def test_a_fault_that_cannot_be_is_reported(own: Any, data: bytes, message: str) -> None:
     assert message in json.loads(own.exchange(FAULTS, 0, 1000, data))["error"]
 
 
@@ -98,7 +98,7 @@ def test_a_tap_belongs_to_who_opened_it_and_goes_with_him(
     assert not station.router.attended
 
 
-def test_taps_of_many_addresses_have_a_limit_together_and_harm_nobody(
+def test_taps_of_many_addresses_have_a_limit_together_and_harm_no_client(
     station: Station, own: Any, client_of: Any
 ) -> None:
     codes = []

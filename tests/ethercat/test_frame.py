@@ -109,7 +109,7 @@ def test_frames_of_other_types_have_no_datagrams(kind: int) -> None:
         ("0c10" + "000000000000" + "0080" + 4 * "00", "at least 12"),
     ],
 )
-def test_broken_structure_is_told(payload: str, complaint: str) -> None:
+def test_broken_structure_is_reported(payload: str, complaint: str) -> None:
     with pytest.raises(FrameError, match=complaint):
         datagram_offsets(bytes.fromhex(payload), 0)
 

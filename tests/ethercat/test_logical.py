@@ -51,7 +51,7 @@ def test_outputs_become_inputs_a_cycle_later(two: Any) -> None:
     assert two.exchange(b"ijklmnop") == (b"abcdefgh", 4)
 
 
-def test_bytes_nobody_maps_stay(two: Any) -> None:
+def test_unmapped_bytes_stay(two: Any) -> None:
     (reply,) = two.send(Datagram(C.LRD, INPUTS - 2, b"\x77" * 12))
     assert reply.data == b"\x77\x77" + bytes(8) + b"\x77\x77"
 

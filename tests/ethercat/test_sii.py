@@ -107,7 +107,7 @@ def test_clock_modes(image: bytes) -> None:
     assert [strings(image)[row[6]] for row in rows] == ["FreeRun", "DC"]
 
 
-def test_what_does_not_fit_is_told() -> None:
+def test_what_does_not_fit_is_reported() -> None:
     description = describe(Loopback(4))
     pdos = tuple(
         replace(description.rx_pdos[0], index=0x1600 + n, name=f"mapping {n}") for n in range(200)

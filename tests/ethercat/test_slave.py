@@ -154,7 +154,7 @@ def test_lights(line: Callable[..., Any]) -> None:
     assert slave.error_light is ErrorLight.FLICKERING
 
 
-def test_the_alias_can_be_asked_for_in_al_status() -> None:
+def test_the_alias_can_be_requested_in_al_status() -> None:
     from achse.ethercat import Segment
 
     segment = Segment([Slave(Loopback(), alias=0x42)])

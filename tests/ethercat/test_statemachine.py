@@ -27,7 +27,7 @@ def test_each_request_in_each_state_has_its_row() -> None:
 
 @pytest.mark.parametrize("state", STATES)
 @pytest.mark.parametrize("number", range(16))
-def test_a_request_is_refused_stays_or_leads_to_what_was_asked_for(
+def test_a_request_is_refused_stays_or_leads_to_the_requested_state(
     state: AlState, number: int
 ) -> None:
     meaning = request(state, number)

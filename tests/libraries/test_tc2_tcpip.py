@@ -32,7 +32,7 @@ END_PROGRAM
 """
 
 
-def test_nobody_is_there_and_it_is_tried_again(tmp_path: Path) -> None:
+def test_a_missing_peer_is_tried_again(tmp_path: Path) -> None:
     (tmp_path / "a.st").write_text(MAIN, encoding="utf-8")
     station = Station(parse({"plc": [{"sources": "a.st"}]}, "a.toml"), base=tmp_path)
     station.advance(2.45)

@@ -116,7 +116,7 @@ def test_what_is_wrong_in_a_format(formatter: Ran, text: str, names: str, error:
         assert result == ("", error)
 
 
-def test_a_pointer_to_nothing_is_told() -> None:
+def test_a_pointer_to_nothing_is_reported() -> None:
     ran = Ran("PROGRAM MAIN VAR f : FB_FormatString2; END_VAR f(nDstSize := 8); END_PROGRAM")
     assert ran.cycle()["f.nErrId"] == 0x10000
 
@@ -354,7 +354,7 @@ def test_a_ring_buffer_is_a_queue(steps: list[tuple[int, int, int]]) -> None:
         assert ran["guard"] == 0x55
 
 
-def test_the_time_of_day_is_asked_and_counts_in_between(tmp_path: Path) -> None:
+def test_the_time_of_day_is_queried_and_counts_in_between(tmp_path: Path) -> None:
     (tmp_path / "a.st").write_text(
         "PROGRAM MAIN VAR n : NT_GetTime; t, far : FB_LocalSystemTime; on : BOOL := TRUE; END_VAR"
         " n(START := TRUE); t(bEnable := on, dwCycle := 1);"

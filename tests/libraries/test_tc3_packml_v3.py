@@ -71,7 +71,7 @@ def test_states_follow_commands_and_completion() -> None:
 
 
 @pytest.mark.parametrize("makes", [False, True])
-def test_base_mode_can_be_made_anew(makes: bool) -> None:
+def test_base_mode_can_be_made_again(makes: bool) -> None:
     ran = plain()
     main: Any = ran.plc.instance("MAIN")
     main["makes"] = makes

@@ -11,7 +11,7 @@ from achse.codes import ReturnCode
 from achse.devices.camshaft.served import ServedCamshaft
 
 
-def test_whoever_looks_wakes_it() -> None:
+def test_any_client_that_reads_wakes_it() -> None:
     woken: list[int] = []
     served = ServedCamshaft(CamController(2), wake=lambda: woken.append(1))
     assert (served.number, served.name, woken) == (2, "Camshaft 2", [])

@@ -8,7 +8,7 @@ from achse.ams import Command, NetId, RouterError
 from achse.codes import ReturnCode
 
 
-def test_a_port_that_nobody_has(io: Any) -> None:
+def test_a_port_that_no_device_has(io: Any) -> None:
     code = io.code(lambda: io.ask(1099, Command.READ_STATE, b""))
     assert code == ReturnCode.TARGET_PORT_NOT_FOUND.number
     other = NetId("10.1.2.3.9.1")

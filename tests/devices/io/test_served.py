@@ -33,7 +33,7 @@ def test_state_bytes_of_a_lost_slave_and_the_one_before(io: Any) -> None:
     ("state", "bit"),
     [(AlState.INIT, 0x100), (AlState.PREOP, 0x200), (AlState.SAFEOP, 0x400), (AlState.OP, 0)],
 )
-def test_the_state_of_the_bus_tells_who_is_below_op(io: Any, state: AlState, bit: int) -> None:
+def test_the_state_of_the_bus_reports_slaves_below_op(io: Any, state: AlState, bit: int) -> None:
     io.run(100)
     io.up(state)
     assert io.served.dev_state == bit

@@ -80,7 +80,7 @@ def test_aborts_and_the_last_error(
     assert abort.text.encode() in message
 
 
-def test_longer_than_asked_for_is_refused(io: Any) -> None:
+def test_longer_than_requested_is_refused(io: Any) -> None:
     io.up(AlState.PREOP)
     assert io.code(lambda: io.read(BOX, SDO, 0x1000_0000, 3)) == ReturnCode.INVALID_SIZE.number
     assert len(io.read(BOX, SDO, 0x1000_0000, 100)) == 4
@@ -183,7 +183,7 @@ def test_messages_of_a_vendor(vendor: int, data: bytes, news: bytes) -> None:
     answer = io.read_write(BOX, VENDOR, 0, 300, head + b"\x07\0" + data)
     assert answer == head + b"\x08\0" + data[::-1]
     io.write(BOX, VENDOR, 0, head + b"\x01\0" + data)
-    assert device.told[-1] == head + b"\x01\0" + data
+    assert device.messages[-1] == head + b"\x01\0" + data
     device.outbox.append((15, head + b"\x09\0" + news))
     io.run(200)
     assert io.read(BOX, VENDOR, 0) == b"\x01\0\0\0" + head + b"\x09\0" + news

@@ -118,7 +118,7 @@ class Upgrade:
 
 @settings(max_examples=8, deadline=None)
 @given(st.data())
-def test_firmware_is_written_and_tells_how_far_it_is(data: st.DataObject) -> None:
+def test_firmware_is_written_and_reports_how_far_it_is(data: st.DataObject) -> None:
     """All parameters drawn: name, password, size, state."""
     draw = data.draw
     io = IoBus(0)
@@ -176,7 +176,7 @@ def test_bootstrap_takes_the_firmware_and_nothing_else(io: Any) -> None:
 
 
 @pytest.mark.parametrize("before", [AlState.PREOP, AlState.OP])
-def test_a_slave_without_bootstrap_is_not_asked_for_it(io: Any, before: AlState) -> None:
+def test_bootstrap_is_not_requested_of_a_slave_without_it(io: Any, before: AlState) -> None:
     io.up(before)
     assert io.code(lambda: io.write(MASTER, STATES, DRIVE, b"\x03\0")) == 0x701
     io.run(50)

@@ -29,7 +29,7 @@ def net_of(io: IoBus) -> SlaveNet:
 
 @settings(max_examples=10, deadline=None)
 @given(st.integers(0x1000, 0x10FF), st.binary(max_size=190), st.sampled_from([2, 4, 8]))
-def test_any_port_of_a_slave_is_asked_in_its_mailbox(port: int, value: bytes, state: int) -> None:
+def test_any_port_of_a_slave_is_queried_in_its_mailbox(port: int, value: bytes, state: int) -> None:
     io = IoBus(1, Messenger).up(AlState(state))
     body = struct.pack("<III", 0xF302, 0x2000_0000, len(value)) + value
     assert io.ask(port, Command.WRITE, body, SLAVE) == b""
@@ -96,7 +96,7 @@ def test_a_late_answer_is_not_taken_for_another_request() -> None:
     st.sampled_from([4, 5]),
     st.binary(max_size=40),
 )
-def test_a_slave_asks_devices_of_the_station_in_its_own_name_alone(
+def test_a_slave_queries_devices_of_the_station_in_its_own_name_alone(
     source: NetId, target: NetId, port: int, flags: int, body: bytes
 ) -> None:
     """All parameters drawn. The answer to a request is sent back to the slave."""
@@ -109,9 +109,9 @@ def test_a_slave_asks_devices_of_the_station_in_its_own_name_alone(
     io.run(200)
     right = source == SLAVE and io.router.is_local(target) and flags == 4
     assert net_of(io).dropped == (not right)
-    assert len(device.told) == right
+    assert len(device.messages) == right
     if right:
-        answer = Frame.decode(device.told[0])
+        answer = Frame.decode(device.messages[0])
         assert (answer.target, answer.invoke_id) == (frame.source, 9)
 
 
@@ -122,5 +122,5 @@ def test_a_slave_reads_the_number_of_buses() -> None:
     source, target = AmsAddress.of(SLAVE, 0x1001), AmsAddress.of(STATION, 300)
     device.outbox.append((AOE, Frame(target, source, Command.READ, 4, 0, 9, body).encode()))
     io.run(200)
-    (message,) = device.told
+    (message,) = device.messages
     assert Frame.decode(message).data == struct.pack("<III", 0, 4, 1)

@@ -77,7 +77,7 @@ def test_what_does_not_fit(device: ModbusDevice) -> None:
         assert code_of(device, request(there.port, 3, 0, 1)) == 0x8004
 
 
-def test_what_cannot_be_asked_does_not_go(device: ModbusDevice) -> None:
+def test_an_invalid_request_is_not_sent(device: ModbusDevice) -> None:
     with tcp_device() as there:
         assert code_of(device, request(there.port, 3, 0, 0)) == 0x8003
         assert code_of(device, request(there.port, 3, 0, 2), room=3) == 0x8002
@@ -100,7 +100,7 @@ def test_requests_that_are_not_ones(
     assert code_of(device, data, offset=offset) == code
 
 
-def test_only_devices_that_are_named_are_asked(device: ModbusDevice) -> None:
+def test_only_devices_that_are_named_are_queried(device: ModbusDevice) -> None:
     assert code_of(device, request(502, 3, 0, 1, host="192.168.1.50")) == 0x8007_271D
 
 
@@ -109,7 +109,7 @@ def test_what_is_not_an_address(device: ModbusDevice, host: str) -> None:
     assert code_of(device, request(502, 3, 0, 1, host=host)) == 0x8007_2741
 
 
-def test_nobody_is_there(device: ModbusDevice) -> None:
+def test_a_missing_device(device: ModbusDevice) -> None:
     assert code_of(device, request(free_port(), 3, 0, 1)) == 0x8007_274D
 
 
@@ -124,7 +124,7 @@ def test_a_device_that_hangs_up(device: ModbusDevice) -> None:
         assert code_of(device, request(there.port, 3, 0, 1)) == 0x8007_2746
 
 
-def test_a_name_that_nobody_knows() -> None:
+def test_an_unknown_name() -> None:
     device = ModbusDevice(lambda address, port: ("x" * 64, port), clock=ManualClock())
     try:
         assert code_of(device, request(502, 3, 0, 1)) == 0x8007_2AF9

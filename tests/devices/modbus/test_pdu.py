@@ -67,7 +67,7 @@ def test_examples_of_the_specification(
         *((Query(function), 1) for function in (0, 7, 17, 24, 43, 255)),
     ],
 )
-def test_what_cannot_be_asked(query: Query, code: int) -> None:
+def test_invalid_requests(query: Query, code: int) -> None:
     with pytest.raises(ModbusRefusal) as refusal:
         request_pdu(query)
     assert refusal.value.code == code
@@ -94,7 +94,7 @@ def test_any_bytes_are_an_answer_or_do_not_fit(query: Query, pdu: bytes) -> None
 
 
 @given(st.integers(1, 2000), st.data())
-def test_bits_that_were_not_asked_for_are_0(quantity: int, drawn: st.DataObject) -> None:
+def test_bits_that_were_not_requested_are_0(quantity: int, drawn: st.DataObject) -> None:
     size = (quantity + 7) // 8
     sent = drawn.draw(st.binary(min_size=size, max_size=size))
     data = answer_data(Query(1, 0, quantity), bytes((1, size)) + sent)

@@ -74,7 +74,7 @@ def test_functions(bench: Any, group: int, offset: int, lengths: tuple[int, ...]
 
 
 @pytest.mark.parametrize(("group", "offset"), EXCHANGED)
-def test_rows_that_are_asked(bench: Any, group: int, offset: int) -> None:
+def test_rows_of_read_write_take_one_length(bench: Any, group: int, offset: int) -> None:
     wanted = EXCHANGED[group, offset]
     for length in range(40):
         code = code_of(bench.exchange, group, offset, 96, bytes(length))

@@ -96,7 +96,7 @@ def test_no_source_of_the_nc_names_a_code_of_the_plc_library() -> None:
             assert [name for name in names if name in text] == [], file
 
 
-def test_forms_told_by_length_take_these_lengths_alone(bench: Any, refused: Any) -> None:
+def test_forms_distinguished_by_length_take_these_lengths_alone(bench: Any, refused: Any) -> None:
     """What is as long as no form is 0x705, and changes nothing: latches and all others."""
     source = random.Random(705)
     checked = 0

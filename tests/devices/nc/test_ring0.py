@@ -24,7 +24,7 @@ def test_there_are_tables_only_if_made(bench: Any) -> None:
     assert bench.read(0x1100, 0x30 + TABLE, 1020) == b""
 
 
-def test_whoever_enumerates_finds_a_group_per_axis_in_one_channel(bench: Any) -> None:
+def test_any_client_that_enumerates_finds_a_group_per_axis_in_one_channel(bench: Any) -> None:
     assert bench.get(0x1100, CHANNEL, "<I") == 1
     assert bench.read(0x1100, 0x30 + CHANNEL, 1020) == struct.pack("<I", 1)
     assert bench.get(0x1100, GROUP, "<I") == 2

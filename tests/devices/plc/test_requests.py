@@ -130,7 +130,7 @@ def test_silence_is_a_timeout_and_a_late_answer_is_dropped() -> None:
         ({"net": "nowhere"}, 0x749),
     ],
 )
-def test_where_nobody_is_the_error_of_the_router_is_shown(
+def test_without_a_device_the_error_of_the_router_is_shown(
     values: dict[str, Any], error: int
 ) -> None:
     asking = Asking(READER.format(block="ADSREAD"))
@@ -148,7 +148,7 @@ def test_the_result_of_the_device_is_the_error() -> None:
 
 
 @pytest.mark.parametrize("answer", [b"", b"\0\0\0\0\5\0\0\0ab"])
-def test_an_answer_that_is_not_one_is_told(answer: bytes) -> None:
+def test_an_answer_that_is_not_one_is_reported(answer: bytes) -> None:
     asking = Asking(READER.format(block="ADSREAD"))
     asking.peer.reply = lambda frame: answer
     asking.set(go=True)
@@ -156,7 +156,7 @@ def test_an_answer_that_is_not_one_is_told(answer: bytes) -> None:
     assert asking.outputs == (False, True, 0x754)
 
 
-def test_more_than_the_memory_has_is_an_access_violation_and_asks_nobody() -> None:
+def test_more_than_the_memory_has_is_an_access_violation_without_a_request() -> None:
     asking = Asking(READER.format(block="ADSREAD"))
     asking.set(go=True, len=0x7FFF_FFFF)
     asking.cycle()

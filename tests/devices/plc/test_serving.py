@@ -135,7 +135,7 @@ def test_ten_requests_wait_and_further_ones_are_refused(client: Client) -> None:
 
 
 @pytest.mark.parametrize("way", ["stop", "reset"])
-def test_a_plc_that_stands_still_leaves_nobody_waiting(client: Client, way: str) -> None:
+def test_a_plc_that_stands_still_leaves_no_client_waiting(client: Client, way: str) -> None:
     client.ran.plc.instance("MAIN")["bAnswer"] = False
     client.ask(1, ReadRequest(GROUP, 0, 1))
     client.cycles()

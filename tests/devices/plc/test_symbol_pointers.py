@@ -9,7 +9,7 @@ from achse.devices.plc.symbols import PlcSymbols
 from achse.iec import ARRAY, INT, GlobalVariables, Struct, pointer_to, var
 from achse.iec.symbols import SymbolEntry, SymbolFlag, UploadFlag
 from achse.plc import Area, PlcRuntime, Task
-from tests.devices.plc.test_symbols import Keeping, ST_Node, _address, found
+from tests.devices.plc.test_symbols import Keeping, ST_Node, _address, symbol_named
 
 
 @pytest.mark.parametrize(
@@ -41,7 +41,7 @@ def test_part_of_a_constant_is_read_only_and_the_target_of_a_pointer_is_not(
     placed = next(each for each in plc.variables if each.name == "C.pFixed")
     target = _address(plc, "C.nFree").to_bytes(8, "little")
     plc.memory[placed.area].write(placed.offset, target)
-    symbol = found(PlcSymbols(plc), name)
+    symbol = symbol_named(PlcSymbols(plc), name)
     flags = SymbolEntry.decode(symbol.entry()).flags
     assert symbol.read_only is is_constant
     assert bool(flags & SymbolFlag.READ_ONLY) is is_constant
@@ -73,7 +73,7 @@ def test_target_of_a_pointer_ends_within_its_area(behind: int, is_within: bool, 
     symbols = PlcSymbols(plc)
     flags = plc.memory[Area.FLAG]
     plc.unit(Ways).pNode = plc.memory.address(Area.FLAG, len(flags) - behind)
-    symbol = found(symbols, f"W.pNode^{part}")
+    symbol = symbol_named(symbols, f"W.pNode^{part}")
     if is_within:
         assert symbol.read() == bytes(symbol.size)
     else:

@@ -39,7 +39,7 @@ def symbols(plc: PlcRuntime) -> PlcSymbols:
     return PlcSymbols(plc)
 
 
-def found(symbols: PlcSymbols, name: str) -> PlcSymbol:
+def symbol_named(symbols: PlcSymbols, name: str) -> PlcSymbol:
     symbol = symbols.resolve(name)
     assert symbol is not None, name
     return symbol
@@ -64,14 +64,14 @@ def instance(plc: PlcRuntime, name: str) -> Any:
 def test_a_variable_is_found_in_any_case_in_its_group(
     symbols: PlcSymbols, name: str, group: int, size: int
 ) -> None:
-    symbol = found(symbols, name)
+    symbol = symbol_named(symbols, name)
     assert (symbol.index_group, symbol.size) == (group, size)
 
 
 def test_fixed_addresses_are_index_offsets(symbols: PlcSymbols) -> None:
-    assert found(symbols, "GVL.nOutput").index_offset == 4
-    assert found(symbols, "GVL.nFlag").index_offset == 8
-    assert found(symbols, "GVL.bInput").index_offset == 8 + 2
+    assert symbol_named(symbols, "GVL.nOutput").index_offset == 4
+    assert symbol_named(symbols, "GVL.nFlag").index_offset == 8
+    assert symbol_named(symbols, "GVL.bInput").index_offset == 8 + 2
 
 
 EVERYTHING = [
@@ -96,7 +96,7 @@ EVERYTHING = [
 def test_handle_and_address_give_the_same_value_and_take_the_same_write(
     device: PlcDevice, symbols: PlcSymbols, name: str
 ) -> None:
-    symbol = found(symbols, name)
+    symbol = symbol_named(symbols, name)
     group, offset = symbol.index_group, symbol.index_offset
     before = symbol.read()
     assert len(before) == symbol.size
@@ -109,18 +109,18 @@ def test_handle_and_address_give_the_same_value_and_take_the_same_write(
 
 
 def test_parts_have_the_values_declared(symbols: PlcSymbols) -> None:
-    assert found(symbols, "GVL.aValues[-1]").read() == b"\x01\x00"
-    assert found(symbols, "GVL.aValues[3]").read() == b"\x05\x00"
-    assert found(symbols, "gvl.agrid[1, 2]").read() == b"\x06\x00"
-    assert found(symbols, "GVL.aGrid[1][0]").read() == b"\x04\x00"
-    assert found(symbols, "GVL.aPoints[2].nId").read() == b"\x07\x00"
-    assert found(symbols, "GVL.aPoints[2].bHigh").read() == b"\x01"
-    assert found(symbols, "GVL.nFlag.9").read() == b"\x01"
-    assert found(symbols, "GVL.nFlag.8").read() == b"\x00"
+    assert symbol_named(symbols, "GVL.aValues[-1]").read() == b"\x01\x00"
+    assert symbol_named(symbols, "GVL.aValues[3]").read() == b"\x05\x00"
+    assert symbol_named(symbols, "gvl.agrid[1, 2]").read() == b"\x06\x00"
+    assert symbol_named(symbols, "GVL.aGrid[1][0]").read() == b"\x04\x00"
+    assert symbol_named(symbols, "GVL.aPoints[2].nId").read() == b"\x07\x00"
+    assert symbol_named(symbols, "GVL.aPoints[2].bHigh").read() == b"\x01"
+    assert symbol_named(symbols, "GVL.nFlag.9").read() == b"\x01"
+    assert symbol_named(symbols, "GVL.nFlag.8").read() == b"\x00"
 
 
 def test_a_shorter_write_keeps_the_rest(symbols: PlcSymbols) -> None:
-    symbol = found(symbols, "GVL.nFlag")
+    symbol = symbol_named(symbols, "GVL.nFlag")
     symbol.write(b"\xff")
     assert symbol.read() == b"\xff\x02\x03\x04"
 
@@ -169,7 +169,7 @@ def test_an_index_out_of_bounds_has_its_own_code(device: PlcDevice, name: str) -
 
 
 def test_a_constant_is_read_only_for_clients(device: PlcDevice, symbols: PlcSymbols) -> None:
-    symbol = found(symbols, "GVL.nFixed")
+    symbol = symbol_named(symbols, "GVL.nFixed")
     assert symbol.read_only
     assert SymbolEntry.decode(symbol.entry()).flags & SymbolFlag.READ_ONLY
     handle = struct.unpack("<I", device.read_write(0xF003, 0, 4, b"GVL.nFixed\0"))[0]
@@ -179,33 +179,33 @@ def test_a_constant_is_read_only_for_clients(device: PlcDevice, symbols: PlcSymb
 
 
 def test_an_entry_says_what_was_declared(symbols: PlcSymbols) -> None:
-    values = SymbolEntry.decode(found(symbols, "gvl.avalues").entry())
+    values = SymbolEntry.decode(symbol_named(symbols, "gvl.avalues").entry())
     assert (values.name, values.type_name, values.size, values.comment) == (
         "GVL.aValues",
         "ARRAY [-1..3] OF INT",
         10,
         "five values",
     )
-    fixed = SymbolEntry.decode(found(symbols, "GVL.nFixed").entry())
+    fixed = SymbolEntry.decode(symbol_named(symbols, "GVL.nFixed").entry())
     assert fixed.attributes == (("Unit", "mm"),)
-    output = SymbolEntry.decode(found(symbols, "GVL.nOutput").entry())
+    output = SymbolEntry.decode(symbol_named(symbols, "GVL.nOutput").entry())
     assert output.attributes == (("TcAddressType", "Output"),)
-    decoded = SymbolEntry.decode(found(symbols, "GVL.nKept").entry())
+    decoded = SymbolEntry.decode(symbol_named(symbols, "GVL.nKept").entry())
     assert decoded.flags & SymbolFlag.PERSISTENT
-    bit = SymbolEntry.decode(found(symbols, "GVL.bInput").entry())
+    bit = SymbolEntry.decode(symbol_named(symbols, "GVL.bInput").entry())
     assert bit.flags & SymbolFlag.BIT_VALUE
     assert (bit.type_name, bit.size) == ("BOOL", 1)
-    part = SymbolEntry.decode(found(symbols, "GVL.aPoints[2].fX").entry())
+    part = SymbolEntry.decode(symbol_named(symbols, "GVL.aPoints[2].fX").entry())
     assert (part.name, part.type_name) == ("GVL.aPoints[2].fX", "LREAL")
 
 
 def test_the_context_of_a_symbol_is_the_number_of_its_task(symbols: PlcSymbols) -> None:
-    assert found(symbols, "MAIN.nCounter").context == 1
-    assert found(symbols, "Slow.nSlow").context == 2
-    assert found(symbols, "GVL.nFlag").context == 0, "no task owns a list"
-    info = found(symbols, "TwinCAT_SystemInfoVarList._AppInfo")
+    assert symbol_named(symbols, "MAIN.nCounter").context == 1
+    assert symbol_named(symbols, "Slow.nSlow").context == 2
+    assert symbol_named(symbols, "GVL.nFlag").context == 0, "no task owns a list"
+    info = symbol_named(symbols, "TwinCAT_SystemInfoVarList._AppInfo")
     assert SymbolEntry.decode(info.entry()).flags == 0x0108, "as recorded"
-    assert SymbolEntry.decode(found(symbols, "Slow.nSlow").entry()).context == 2
+    assert SymbolEntry.decode(symbol_named(symbols, "Slow.nSlow").entry()).context == 2
 
 
 def test_the_tables_hold_every_variable_and_every_type(symbols: PlcSymbols) -> None:
@@ -262,7 +262,7 @@ def test_a_method_with_wrong_arguments_is_refused(device: PlcDevice) -> None:
     assert refusal.value.return_code is ReturnCode.INVALID_SIZE
 
 
-def test_a_handle_comes_with_size_and_type_for_clients_that_ask(device: PlcDevice) -> None:
+def test_a_handle_comes_with_size_and_type_on_request(device: PlcDevice) -> None:
     answer = device.read_write(0xF003, 0, 0xFFFF_FFFF, b"GVL.nFlag\0")
     _, size, adst, length = struct.unpack_from("<IIIH", answer)
     assert (size, adst, length, answer[14:]) == (4, 19, 5, b"UDINT\0")
@@ -367,7 +367,7 @@ def test_persistent_variables_and_their_types_have_the_flags_of_it() -> None:
         0x20_0081,
         0x81,
     ]
-    assert SymbolEntry.decode(found(symbols, "K.stKept").entry()).flags == 0x1009
+    assert SymbolEntry.decode(symbol_named(symbols, "K.stKept").entry()).flags == 0x1009
     (alone,) = decode_types(symbols.type_entry("ST_Kept") or b"")
     assert alone.flags == 0x20_0081
 
@@ -429,10 +429,10 @@ class Texts(GlobalVariables, name="T"):
         ("T.aTexts[0]", {}, ""),
     ],
 )
-def test_the_entry_of_a_part_tells_its_attributes(
+def test_the_entry_of_a_part_reports_its_attributes(
     name: str, attributes: dict[str, str], comment: str
 ) -> None:
-    symbol = found(PlcSymbols(PlcRuntime([Task()], [Texts])), name)
+    symbol = symbol_named(PlcSymbols(PlcRuntime([Task()], [Texts])), name)
     entry = SymbolEntry.decode(symbol.entry())
     assert dict(entry.attributes) == attributes
     assert entry.comment == comment
@@ -440,7 +440,7 @@ def test_the_entry_of_a_part_tells_its_attributes(
 
 
 @pytest.mark.parametrize("address", [0, 1, 0x0FFF_FFFF, 0x5FFF_FFFF, 0xFFFF_FFFF_FFFF_FFFF])
-def test_a_pointer_to_nowhere_harms_nobody(
+def test_a_pointer_to_nowhere_harms_no_other(
     pointing: tuple[PlcRuntime, PlcDevice], address: int
 ) -> None:
     plc, device = pointing
@@ -535,7 +535,7 @@ def test_member_with_tcnosymbol_is_not_shown() -> None:
         nAway = var(INT, attributes={"tcnosymbol": ""})
 
     symbols = PlcSymbols(PlcRuntime([Task()], [Hiding]))
-    assert found(symbols, "Hiding.fbOuter.nLast").size == 2
+    assert symbol_named(symbols, "Hiding.fbOuter.nLast").size == 2
     for name in (
         "Hiding.nAway",
         "Hiding.fbOuter.fbHidden",
@@ -553,7 +553,7 @@ def test_member_with_tcnosymbol_is_not_shown() -> None:
 def test_table_has_the_entry_of_each_variable(symbols: PlcSymbols) -> None:
     table = symbols.symbol_table()
     for entry in decode_symbols(table):
-        assert found(symbols, entry.name).entry() in table
+        assert symbol_named(symbols, entry.name).entry() in table
     flags = {entry.name: entry.flags & ~SymbolFlag.TYPE_GUID for entry in decode_symbols(table)}
     assert flags["GVL.bInput"] == SymbolFlag.BIT_VALUE | SymbolFlag.ATTRIBUTES
     assert flags["GVL.nFixed"] == SymbolFlag.READ_ONLY | SymbolFlag.ATTRIBUTES
@@ -562,19 +562,19 @@ def test_table_has_the_entry_of_each_variable(symbols: PlcSymbols) -> None:
 
 def test_bit_is_written_without_its_neighbours(plc: PlcRuntime, symbols: PlcSymbols) -> None:
     plc.memory[Area.FLAG].write(8, b"\xff\xff\0\0")
-    found(symbols, "GVL.nFlag.9").write(b"\0")
-    found(symbols, "GVL.nFlag.20").write(b"\1")
+    symbol_named(symbols, "GVL.nFlag.9").write(b"\0")
+    symbol_named(symbols, "GVL.nFlag.20").write(b"\1")
     assert plc.memory[Area.FLAG].read(8, 4) == b"\xff\xfd\x10\0"
 
 
 def test_part_at_a_fixed_place_is_read_from_memory_at_once(symbols: PlcSymbols) -> None:
     for name in ("GVL.aGrid[1,2]", "GVL.aPoints[2].fX", "MAIN.nCounter"):
-        assert isinstance(found(symbols, name).read, MemoryCell)
+        assert isinstance(symbol_named(symbols, name).read, MemoryCell)
 
 
 def test_static_variable_is_of_the_first_task(pointing: tuple[PlcRuntime, PlcDevice]) -> None:
     plc, _ = pointing
-    symbol = found(PlcSymbols(plc), "FB_Node.nShared")
+    symbol = symbol_named(PlcSymbols(plc), "FB_Node.nShared")
     flags = SymbolEntry.decode(symbol.entry()).flags
     assert (symbol.context, flags & SymbolFlag.STATIC) == (1, SymbolFlag.STATIC)
 
@@ -586,7 +586,7 @@ def test_symbol_has_the_spelling_of_the_client_up_to_256_characters(
     symbols: PlcSymbols, length: int, name: str
 ) -> None:
     part = "[" + "1]".rjust(length - 1)
-    assert found(symbols, f"gvl.AVALUES{part}").name == name
+    assert symbol_named(symbols, f"gvl.AVALUES{part}").name == name
 
 
 def test_variable_at_another_bit_has_another_version() -> None:

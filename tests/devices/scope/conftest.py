@@ -15,9 +15,9 @@ from achse.station.station import DEMO
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
     """Where the scope server's files are."""
-    made = tmp_path / "recordings"
-    made.mkdir()
-    return made
+    recordings = tmp_path / "recordings"
+    recordings.mkdir()
+    return recordings
 
 
 MakeStation = Callable[..., Station]

@@ -42,7 +42,7 @@ def test_rows_and_symbols_of_any_device_are_found(
 
 
 @pytest.mark.parametrize(
-    ("words", "told"),
+    ("words", "message"),
     [
         ("MAIN.nCountr", "port 851 has no symbol 'MAIN.nCountr'; did you mean 'MAIN.nCounter'?"),
         ("852:MAIN.n", "no device at port 852, there are 1, 30, 100, 110, 200, 500, 501, 851"),
@@ -55,8 +55,8 @@ def test_rows_and_symbols_of_any_device_are_found(
         ("500:0x1000:0x10:REAL64", "a REAL64 has 8 bytes, the value 4"),
     ],
 )
-def test_what_is_not_a_value_is_told(channels: ScopeChannels, words: str, told: str) -> None:
-    with pytest.raises(ScopeError, match=told):
+def test_what_is_not_a_value_is_reported(channels: ScopeChannels, words: str, message: str) -> None:
+    with pytest.raises(ScopeError, match=message):
         channels.find(channel_of(words))
 
 

@@ -88,7 +88,7 @@ def test_there_is_only_the_view_with_id_1(scope: Any, refused: Any, offset: int)
 # the rules -------------------------------------------------------------------------------------
 
 
-def test_the_device_tells_its_name_at_its_port(station: Station) -> None:
+def test_the_device_reports_its_name_at_its_port(station: Station) -> None:
     [device] = [each for each in station.devices if each.name == "TwinCAT Scope"]
     assert device.address == AmsAddress("127.0.0.1.1.1:14000")
 
@@ -155,7 +155,7 @@ def test_data_are_exported_as_text(
     assert times[1] - times[0] == 4_980_000  # 250 samples of 2 ms in units of 100 ns
 
 
-def test_the_end_of_the_name_may_ask_for_the_binary_form(
+def test_the_end_of_the_name_may_request_the_binary_form(
     station: Station, scope: Any, folder: Path
 ) -> None:
     scope.write(ROOT, 1, b"")
@@ -244,7 +244,7 @@ def test_a_client_makes_a_scope_of_its_own(
 
 
 @pytest.mark.parametrize(
-    ("number", "text", "told"),
+    ("number", "text", "message"),
     [
         (0, "{", "expected a JSON document"),
         (0, '{"channels": ["MAIN.nCounte"]}', "did you mean 'MAIN.nCounter'?"),
@@ -253,8 +253,8 @@ def test_a_client_makes_a_scope_of_its_own(
         (1, "close", "scope 1 is the station's own and stays"),
     ],
 )
-def test_what_cannot_be_done_is_told(scope: Any, number: int, text: str, told: str) -> None:
-    assert told in command(scope, number, text)["error"]
+def test_what_cannot_be_done_is_reported(scope: Any, number: int, text: str, message: str) -> None:
+    assert message in command(scope, number, text)["error"]
 
 
 def test_wrong_requests_have_their_codes(scope: Any, refused: Any) -> None:
@@ -286,8 +286,8 @@ def test_a_client_that_opens_and_closes_for_ever_is_slowed_down(
     definition = json.dumps({"channels": ["MAIN.nCounter"]})
 
     def turn(client: Any) -> None:
-        made = command(client, 0, definition)["scope"]
-        command(client, made, "close")
+        number = command(client, 0, definition)["scope"]
+        command(client, number, "close")
 
     for _ in range(256):
         turn(scope)
@@ -301,7 +301,7 @@ def test_a_client_that_opens_and_closes_for_ever_is_slowed_down(
         turn(scope)
 
 
-def test_progress_tells_counts_alone(station: Station, scope: Any) -> None:
+def test_progress_reports_counts_alone(station: Station, scope: Any) -> None:
     scope.write(ROOT, 1, b"")
     station.advance(0.1)
     assert command(scope, 1, "progress") == {

@@ -26,8 +26,8 @@ def made_for(station: Station) -> ScopeServer:
     return device.scopes
 
 
-def request(**given: Any) -> bytes:
-    return json.dumps({"channels": ["MAIN.nCounter"]} | given).encode()
+def request(**fields: Any) -> bytes:
+    return json.dumps({"channels": ["MAIN.nCounter"]} | fields).encode()
 
 
 def test_rings_share_a_memory(make_station: Callable[..., Station], refused: Any) -> None:
@@ -126,17 +126,17 @@ def test_clients_of_one_host_have_half_of_everything(
 ) -> None:
     """However many addresses and connections they have."""
     ways: list[Connection] = []
-    held = {0: [0, 0], 1: [0, 0]}
+    pairs = {0: [0, 0], 1: [0, 0]}
     for host, number, channels in opened:
         client = bytes([host, number])
         ways.append(Connection(f"10.0.0.{host}"))
         definition = definition_of({"channels": CHANNELS[:channels], "record_length": 0.01})
         own = sum(each.owner == client for each in demo)
-        scopes, held_channels = held[host]
+        scopes, held_channels = pairs[host]
         fits = scopes < 5 and held_channels + channels <= 10 and own < 8
         if fits:
             demo.open(definition, client, ways[-1])
-            held[host] = [scopes + 1, held_channels + channels]
+            pairs[host] = [scopes + 1, held_channels + channels]
         else:
             with refused(0x716):
                 demo.open(definition, client, ways[-1])
@@ -158,8 +158,8 @@ def test_a_flood_leaves_the_others_alone(
     """One asks for all there is, again and again, and goes; another records every sample."""
     station = make_station()
     good = client_of(station.router, 14000)
-    made = json.loads(good.exchange(ScopeGroup.SCOPES, 0, 100, request(record_length=10)))
-    good.exchange(ScopeGroup.SCOPES, made["scope"], 1000, b"start")
+    scope = json.loads(good.exchange(ScopeGroup.SCOPES, 0, 100, request(record_length=10)))
+    good.exchange(ScopeGroup.SCOPES, scope["scope"], 1000, b"start")
     codes: set[int] = set()
     for _ in range(3):
         bad = client_of(station.router, 14000)
@@ -176,7 +176,7 @@ def test_a_flood_leaves_the_others_alone(
                 codes.add(refusal.code)
         station.advance(1.0)
         station.router.unregister(bad.address.port)
-    facts = json.loads(good.read(ScopeGroup.SCOPES, made["scope"], 100_000))
+    facts = json.loads(good.read(ScopeGroup.SCOPES, scope["scope"], 100_000))
     assert facts["channel_groups"][0]["count"] == 300
     assert codes <= {0x716, 0x70A, 0x708}
     assert len(json.loads(good.read(ScopeGroup.SCOPES, 0, 100_000))) == 2

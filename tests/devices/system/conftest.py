@@ -25,16 +25,16 @@ class Control:
     """Notes what the system service asks of the station."""
 
     def __init__(self) -> None:
-        self.asked: list[tuple[Any, ...]] = []
+        self.requests: list[tuple[Any, ...]] = []
 
     def restart(self) -> None:
-        self.asked.append(("restart",))
+        self.requests.append(("restart",))
 
     def configure(self) -> None:
-        self.asked.append(("configure",))
+        self.requests.append(("configure",))
 
     def shut_down(self, delay_s: float, restart: bool) -> None:
-        self.asked.append(("shut down", delay_s, restart))
+        self.requests.append(("shut down", delay_s, restart))
 
 
 @pytest.fixture

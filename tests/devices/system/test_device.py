@@ -78,7 +78,7 @@ def test_states_that_the_station_obeys(
     requested: tuple[Any, ...],
 ) -> None:
     _write_control(client, state, device_state, data)
-    assert control.asked == [requested]
+    assert control.requests == [requested]
 
 
 @pytest.mark.parametrize(
@@ -97,7 +97,7 @@ def test_states_that_it_refuses(
 ) -> None:
     with refused(code):
         _write_control(client, state, device_state, data)
-    assert control.asked == []
+    assert control.requests == []
 
 
 def test_without_a_station_nothing_is_obeyed(

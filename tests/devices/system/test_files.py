@@ -97,7 +97,7 @@ def test_lines_and_texts(client: Any, root: Path) -> None:
     assert (root / "b.txt").read_bytes() == b"line\n"
 
 
-def test_missing_folders_are_made_where_asked_for(client: Any, refused: Any, root: Path) -> None:
+def test_missing_folders_are_made_where_requested(client: Any, refused: Any, root: Path) -> None:
     with refused(0x70C):
         opened(client, b"x/y/z", WRITE)
     opened(client, b"x/y/z", WRITE | ENSURE)
@@ -247,7 +247,7 @@ def test_a_link_is_deleted_not_what_it_leads_to(client: Any, root: Path) -> None
     assert not (root / "out").is_symlink()
 
 
-def test_find_tells_one_entry_per_request(client: Any, refused: Any, root: Path) -> None:
+def test_find_reports_one_entry_per_request(client: Any, refused: Any, root: Path) -> None:
     (root / "sub").mkdir()
     os.utime(root / "a.txt", ns=(0, 0))
     data = client.exchange(133, 1, 324, b"*")
@@ -276,7 +276,7 @@ def test_a_search_can_be_given_up(client: Any, device: SystemDevice, refused: An
         client.write(111, 0, b"")
 
 
-def test_a_search_that_has_too_much_to_tell_is_refused(
+def test_a_search_that_has_too_much_to_report_is_refused(
     client: Any, refused: Any, root: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     for number in range(5):
@@ -344,7 +344,7 @@ async def test_beside_the_loop_files_end_with_their_client(
             await asyncio.sleep(0.001)
 
 
-async def test_beside_the_loop_what_nobody_uses_is_closed(
+async def test_beside_the_loop_unused_files_are_closed(
     device: SystemDevice, router: Router, clock: Any
 ) -> None:
     with device.files_beside(asyncio.get_running_loop()):
@@ -463,7 +463,7 @@ def test_handles_of_all_clients_are_limited(
         device.end_client(client.address)
 
 
-def test_what_nobody_uses_is_closed_after_ten_minutes(
+def test_unused_files_are_closed_after_ten_minutes(
     client: Any, device: SystemDevice, clock: Any, refused: Any
 ) -> None:
     used, unused = opened(client, b"a.txt", READ), opened(client, b"a.txt", READ)
@@ -499,7 +499,7 @@ requests = st.tuples(
 
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture], max_examples=75)
 @given(st.lists(requests, max_size=12))
-def test_whatever_is_asked_stays_inside_and_is_answered(
+def test_any_request_stays_inside_and_is_answered(
     device: SystemDevice, client: Any, root: Path, requested: list[Any]
 ) -> None:
     """Nothing but documented codes, and nothing beside the folder is touched."""

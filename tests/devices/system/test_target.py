@@ -4,7 +4,7 @@ import xml.etree.ElementTree as ET
 from typing import Any
 
 
-def test_the_xml_tells_version_and_net_id(client: Any) -> None:
+def test_the_xml_reports_version_and_net_id(client: Any) -> None:
     data = client.read(700, 1, 2048)
     assert data.endswith(b"\0")
     root = ET.fromstring(data[:-1])

@@ -33,7 +33,7 @@ def test_the_zone_is_utc() -> None:
     assert struct.unpack_from("<Ii32s", data) == (0, 0, b"UTC".ljust(32, b"\0"))
 
 
-def test_nothing_else_is_told_and_nothing_is_set() -> None:
+def test_nothing_else_is_reported_and_nothing_is_set() -> None:
     with pytest.raises(DeviceError, match="time service 2"):
         group(0).read(400, 2, 16, b"")
     with pytest.raises(DeviceError, match="not set"):

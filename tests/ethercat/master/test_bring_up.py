@@ -114,7 +114,7 @@ def test_a_refusal_is_acknowledged_and_tried_again(bus: Callable[..., Any], time
     assert ours.master.slaves[0].last_trouble == ""
 
 
-def test_after_three_tries_it_gives_up_until_asked_again(bus: Callable[..., Any]) -> None:
+def test_after_three_tries_it_gives_up_until_requested_again(bus: Callable[..., Any]) -> None:
     ours = bus().up(AlState.PREOP)
     box = ours.line[0]
     enter = box.enter

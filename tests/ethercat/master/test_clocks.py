@@ -47,7 +47,7 @@ def test_slaves_come_to_one_time(
     assert ours.master.supervision.reference == 1001
 
 
-def test_a_clock_that_does_not_settle_is_told_and_the_slave_goes_on(
+def test_a_clock_that_does_not_settle_is_reported_and_the_slave_goes_on(
     bus: Callable[..., Any],
 ) -> None:
     ours = bus(2, {"clock": ClockConfiguration()}, settle_ns=50_000_000, clock_window_ns=100)

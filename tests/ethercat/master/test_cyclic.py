@@ -364,7 +364,7 @@ def test_frame_has_1514_bytes_at_most(rest: int, frames: int) -> None:
     assert not cyclic.away
 
 
-def test_frames_of_a_cycle_are_told_apart_by_their_index() -> None:
+def test_frames_of_a_cycle_are_distinguished_by_their_index() -> None:
     cyclic = exchange_of(*(box(8 * 1400, 0, f"{number}") for number in range(3)))
     seen = []
     for cycle in range(1, 50):

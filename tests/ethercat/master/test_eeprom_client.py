@@ -24,7 +24,7 @@ def test_an_image_is_read_to_its_end(bus: Callable[..., Any]) -> None:
 
 
 @pytest.mark.parametrize("kibit", [2, 8, 32, 64])
-def test_content_has_the_size_that_the_eeprom_tells(bus: Callable[..., Any], kibit: int) -> None:
+def test_content_has_the_size_that_the_eeprom_reports(bus: Callable[..., Any], kibit: int) -> None:
     ours = bus(2).up(AlState.PREOP)
     memory = ours.segment.slaves[1].esc.eeprom.image
     memory[0x7C:0x7E] = (kibit - 1).to_bytes(2, "little")

@@ -4,7 +4,7 @@ from achse.codes import AbortCode, AlState, AlStatus
 from achse.ethercat.master.errors import MailboxRefusal, NoAnswer, SdoRefusal, StateRefusal
 
 
-def test_known_and_unknown_numbers_are_told() -> None:
+def test_known_and_unknown_numbers_are_reported() -> None:
     known = SdoRefusal(1001, 0x6040, 1, AbortCode.NO_SUBINDEX.number)
     assert known.code is AbortCode.NO_SUBINDEX
     assert str(known) == "station 1001: 6040:01: 0x06090011 Subindex does not exist."

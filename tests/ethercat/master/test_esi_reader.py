@@ -270,7 +270,7 @@ def test_times_of_modes(
     assert (clock.shift_ns is None) == (shift0 == 0)
 
 
-def test_a_scanned_slave_gets_what_its_esi_tells() -> None:
+def test_a_scanned_slave_gets_what_its_esi_reports() -> None:
     servo = read_esi(SERVO)[0]
     result = replace(from_esi(servo), clock=None, commands=(), revision_number=0x20000)
     older = replace(servo, revision_number=1, type_name="old")

@@ -19,9 +19,7 @@ def frame(target: bytes, source: bytes) -> bytes:
     st.integers(1, 5),
     st.lists(st.tuples(st.integers(0, 4), st.integers(0, 6), st.booleans()), max_size=30),
 )
-def test_frames_reach_their_address_and_nobody_else(
-    count: int, sent: list[tuple[int, int, bool]]
-) -> None:
+def test_frames_reach_their_address_alone(count: int, sent: list[tuple[int, int, bool]]) -> None:
     """Stations sit at fixed ports; each frame is from the station of its port, to any or to all."""
     switch = EthernetSwitch()
     ports = [switch.attach(str(number)) for number in range(count)]
@@ -39,7 +37,7 @@ def test_frames_reach_their_address_and_nobody_else(
             assert got == ([data] if number in expected and number != origin else [])
 
 
-def test_a_port_that_nobody_empties_keeps_the_newest() -> None:
+def test_a_port_that_is_not_read_keeps_the_newest() -> None:
     switch = EthernetSwitch()
     here, there = switch.attach("here"), switch.attach("there")
     for number in range(70):

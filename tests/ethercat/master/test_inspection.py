@@ -26,7 +26,7 @@ def identity(product: int) -> tuple[int, int, int, int]:
     return (1, product, 7, 8)
 
 
-def test_revisions_are_compared_when_asked_for() -> None:
+def test_revisions_are_compared_when_requested() -> None:
     slave = SlaveConfiguration("box", 1, 2, 6)
     assert same_device(slave, (1, 2, 7, 0))
     assert not same_device(slave, (1, 2, 7, 0), True)

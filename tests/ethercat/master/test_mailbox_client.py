@@ -106,7 +106,7 @@ def test_a_lost_frame_at_any_moment_costs_no_answer(
     assert job.result() == bytes(range(256)) * 3
 
 
-def test_emergencies_are_told_and_answers_still_come(bus: Callable[..., Any]) -> None:
+def test_emergencies_are_reported_and_answers_still_come(bus: Callable[..., Any]) -> None:
     ours = bus(2).up()
     ours.master.take_events()
     ours.line[1].emergencies += [b"\x20\x43\x01abcde", b"\x00\x00\x00fghij"]

@@ -71,7 +71,7 @@ def test_a_wrong_counter_is_an_error(counter: int) -> None:
             answer(step, b"\0", counter)
 
 
-def test_broadcasts_tell_how_many() -> None:
+def test_broadcasts_report_how_many() -> None:
     assert answer(steps.broadcast_read(Register.TYPE, 1), b"\x11", 5)[1] == (b"\x11", 5)
     assert answer(steps.broadcast_write(Register.RX_ERRORS, b"\0"), b"\0", 4)[1] == 4
 

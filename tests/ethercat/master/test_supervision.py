@@ -12,7 +12,7 @@ from achse.ethercat.master import ClockConfiguration
 from achse.ethercat.registers import Register
 
 
-def test_a_fault_in_op_is_told_acknowledged_and_op_is_back(bus: Callable[..., Any]) -> None:
+def test_a_fault_in_op_is_reported_acknowledged_and_op_is_back(bus: Callable[..., Any]) -> None:
     ours = bus(2).up()
     ours.master.take_events()
     ours.line[1].fault = AlStatus.SYNCHRONIZATION

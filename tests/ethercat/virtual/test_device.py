@@ -84,7 +84,7 @@ def test_process_data_are_objects_too() -> None:
     assert device_.read_inputs() == b"\0\0\xfe\xff"
 
 
-def test_wrong_names_are_told() -> None:
+def test_wrong_names_are_reported() -> None:
     device_ = preop_device()
     with pytest.raises(KeyError, match="there are: Valve"):
         device_.output("Vlave")

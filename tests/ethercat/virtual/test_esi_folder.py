@@ -40,7 +40,7 @@ def test_newest_revision_unless_one_is_named(folder: Path) -> None:
         ("Box@x", "revision: expected a number"),
     ],
 )
-def test_wrong_name_tells_what_there_is(folder: Path, name: str, message: str) -> None:
+def test_wrong_name_reports_what_there_is(folder: Path, name: str, message: str) -> None:
     with pytest.raises(EsiError, match=message):
         EsiFolder([folder]).find(name)
 

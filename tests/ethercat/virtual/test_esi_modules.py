@@ -83,6 +83,6 @@ def test_slots_have_their_default_modules() -> None:
         (SLOTS.replace("#x10", "#xFFFF"), ["IN", "IN"], "Entry/Index: expected 1 to 0xFFFF"),
     ],
 )
-def test_modules_that_cannot_be_are_told(slots: str, names: list[str], message: str) -> None:
+def test_modules_that_cannot_be_are_reported(slots: str, names: list[str], message: str) -> None:
     with pytest.raises(EsiError, match=message):
         equip(coupler(slots), names)

@@ -148,7 +148,7 @@ def test_groups(nci: NciBench) -> None:
     assert nci.fire("CfgBuild3DGroup", nGroupId=99, **axes) == NcError.GROUP_ID
 
 
-def test_the_way_back_is_kept_where_it_is_asked_for(nci: NciBench) -> None:
+def test_the_way_back_is_kept_where_it_is_requested(nci: NciBench) -> None:
     for wanted in (True, False):
         assert nci.fire("ItpEnableFeederBackup", bEnable=wanted) == 0
         assert nci.fire("ItpIsFeederBackupEnabled") == 0

@@ -118,7 +118,7 @@ def test_full_length_without_a_length_is_at_once(on: Any) -> None:
     assert on.main["toNc1"]["fActPosCorrection"] == 0.5
 
 
-def test_an_axis_whose_correction_is_off_is_told(bench: Any) -> None:
+def test_an_axis_whose_correction_is_off_is_reported(bench: Any) -> None:
     on = bench(variables=VARIABLES, calls=CALLS, a="AXACT")
     on.set("fb", Enable=True, PositionCorrectionValue=0.75)
     on.call()

@@ -120,7 +120,7 @@ def test_a_gear_ratio_changes_while_coupled(bench: Any) -> None:
     assert on.axis(2).coupling.law == 1
 
 
-def test_somebody_else_uncoupled_the_slave(bench: Any) -> None:
+def test_another_client_uncoupled_the_slave(bench: Any) -> None:
     from achse.motion import commands
 
     on = bench(c="AXCPL")

@@ -108,7 +108,7 @@ def test_a_program_of_one_status(name: str, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("name", OTHER_NAMES)
-def test_programs_that_assign_to_what_is_not_there_are_told(
+def test_programs_that_assign_to_what_is_not_there_are_reported(
     name: str, tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
     table = Path(__file__).parents[2] / "data/tcnc_misprints.tsv"

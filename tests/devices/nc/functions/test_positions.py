@@ -90,7 +90,7 @@ def test_the_scaling_on_the_fly(bench: Any, refused: Any, form: str) -> None:
         bench.put(F, SCALING, form, 2, *control, 101.0)
 
 
-def test_the_encoder_from_the_hardware_anew(bench: Any, refused: Any) -> None:
+def test_the_encoder_from_the_hardware_again(bench: Any, refused: Any) -> None:
     bench.put(F, 0x1A, "<Id", 1, 5.0)
     with refused(0x4257):
         bench.write(F, ANEW, b"")

@@ -87,7 +87,7 @@ def test_the_position_of_an_encoder(bench: Any, form: str) -> None:
     assert bench.get(STATE, 0x02, "<d") == 77.0
 
 
-def test_an_absolute_position_is_taken_anew_only_while_disabled(
+def test_an_absolute_position_is_taken_again_only_while_disabled(
     make_bench: Any, refused: Any
 ) -> None:
     bench = make_bench(encoder_reference_system=2)

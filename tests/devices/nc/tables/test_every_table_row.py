@@ -212,7 +212,7 @@ def test_other_lengths_are_refused_and_change_nothing(
 
 
 @pytest.mark.parametrize(("base", "offset", "access", "name"), ROWS, ids=NAMES)
-def test_numbers_that_are_none_harm_nobody(
+def test_numbers_that_are_none_harm_no_client(
     tables: Any, base: int, offset: int, access: str, name: str
 ) -> None:
     """NaN, infinite and huge numbers anywhere: a code of tables, and a table that still answers."""

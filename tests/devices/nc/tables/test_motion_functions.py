@@ -105,7 +105,7 @@ def test_points_are_read_as_they_were_written(stroke: Any) -> None:
         (point(2, STRAIGHT, 180.0, 1e12), 0x4A1C),
     ],
 )
-def test_what_is_no_function_is_told_where_it_is_used(
+def test_what_is_no_function_is_reported_where_it_is_used(
     stroke: Any, refused: Any, row: bytes, error: int
 ) -> None:
     """A table that nobody uses takes any point: points are written one after the other."""
