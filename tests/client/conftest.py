@@ -145,7 +145,7 @@ class Peer:
             else:
                 del self.notifications[number]
 
-    def asked(self, kind: type[Any], group: int | None = None) -> list[Any]:
+    def requests_of(self, kind: type[Any], group: int | None = None) -> list[Any]:
         """The requests of one kind so far."""
         return [r for r in self.requests if type(r) is kind and group in (None, r[0])]
 
@@ -349,9 +349,9 @@ class Peer:
         return self.variables[self.handles[handle]]
 
     def _name(self, data: bytes) -> str:
-        asked = data.rstrip(b"\0").decode("cp1252").casefold()
+        text = data.rstrip(b"\0").decode("cp1252").casefold()
         for name in self.variables:
-            if name.casefold() == asked:
+            if name.casefold() == text:
                 return name
         raise DeviceError(0x710)
 

@@ -123,7 +123,7 @@ def test_a_closed_client_says_so(hosted: Hosted) -> None:
         plc.read("MAIN.nCounter")
 
 
-def test_nobody_there_is_a_lost_connection_and_leaves_no_thread(hosted: Hosted) -> None:
+def test_a_missing_peer_is_a_lost_connection_and_leaves_no_thread(hosted: Hosted) -> None:
     port = hosted.listener.port
     asyncio.run_coroutine_threadsafe(hosted.listener.close(), hosted.loop).result()
     with pytest.raises(ConnectionLost):

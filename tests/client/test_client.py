@@ -124,7 +124,7 @@ def test_it_can_be_awaited_too(run: Run, peer: Any) -> None:
     run(main())
 
 
-def test_nobody_there_is_a_lost_connection(run: Run, peer: Any) -> None:
+def test_a_missing_peer_is_a_lost_connection(run: Run, peer: Any) -> None:
     async def main() -> None:
         peer.refuse_dials = 1
         with pytest.raises(ConnectionLost, match="nobody there"):
@@ -141,7 +141,7 @@ def test_closing_gives_everything_back(run: Run, peer: Any) -> None:
             await plc.read("MAIN.nCounter")
             await anext(samples)
         assert peer.notifications == {}
-        assert len(peer.asked(DeleteNotificationRequest)) == 2
+        assert len(peer.requests_of(DeleteNotificationRequest)) == 2
         assert sorted(peer.released) == [101, 102]
         assert peer.link is None
         assert [sample async for sample in samples] == []
@@ -182,7 +182,7 @@ def test_without_reconnect_a_loss_is_final(run: Run, peer: Any) -> None:
     run(main())
 
 
-def test_keep_alive_asks_devices_we_use(run: Run, peer: Any) -> None:
+def test_keep_alive_queries_devices_we_use(run: Run, peer: Any) -> None:
     async def main() -> None:
         async with connect(peer, keep_alive=10.0) as plc:
             await asyncio.sleep(100)
@@ -195,7 +195,7 @@ def test_keep_alive_asks_devices_we_use(run: Run, peer: Any) -> None:
     run(main())
 
 
-def test_who_has_not_connected_yet_is_told_how() -> None:
+def test_a_client_that_is_not_connected_yet_says_how() -> None:
     connecting: Any = connect("127.0.0.1")
     with pytest.raises(AttributeError, match=r"read: not connected yet: `async with"):
         connecting.read("GVL.nInt")

@@ -96,7 +96,7 @@ def test_what_the_station_refuses_is_raised(run_for_real: Run) -> None:
     run_for_real(main())
 
 
-def test_channels_without_port_are_of_the_device_that_is_asked() -> None:
+def test_channels_without_port_are_of_the_queried_device() -> None:
     assert [each.port for each in defined(["a", "9:b"], port=852).channels] == [852, 9]
     assert [each.port for each in defined("a", port=14000).channels] == [0]
     assert inspect.iscoroutinefunction(RemoteScope.open)

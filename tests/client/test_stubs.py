@@ -293,17 +293,19 @@ def test_symbols_of_any_names_are_a_module(
             with pytest.MonkeyPatch.context() as patch:
                 symbols = (await _module(plc, patch)).Symbols(plc)
                 units = [vars(unit).values() for unit in vars(symbols).values()]
-                found = {
+                exported = {
                     each.name: each for unit in units for each in unit if hasattr(each, "read")
                 }
                 own = {each.name for each in await plc.symbols() if "TwinCAT" not in each.name}
-                assert found.keys() == own
-                for symbol in found.values():
+                assert exported.keys() == own
+                for symbol in exported.values():
                     value = await symbol.read()
                     await symbol.write(value)
                     assert await symbol.read() == value
-                record = await found[name_in_table(f"{names['Main']}.{names['record']}")].read()
+                record = await exported[name_in_table(f"{names['Main']}.{names['record']}")].read()
                 assert [*vars(record).values()] == [9, "", 5, [0.0, 0.0]]
-                assert await found[name_in_table(f"{names['Other']}.{names['record']}")].read() == 4
+                assert (
+                    await exported[name_in_table(f"{names['Other']}.{names['record']}")].read() == 4
+                )
 
     asyncio.run(main())

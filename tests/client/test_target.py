@@ -56,12 +56,12 @@ def test_a_value_of_another_type_is_refused_here(run: Run, peer: Any) -> None:
             with pytest.raises(IecValueError) as caught:
                 await plc.write("MAIN.nCounter", "text")
             assert caught.value.__notes__ == ["symbol MAIN.nCounter"]
-            assert peer.asked(WriteRequest) == []
+            assert peer.requests_of(WriteRequest) == []
 
     run(main())
 
 
-def test_what_is_not_a_name_is_told(run: Run, peer: Any) -> None:
+def test_what_is_not_a_name_is_reported(run: Run, peer: Any) -> None:
     async def main() -> None:
         async with target_of(peer) as plc:
             number: Any = 5
@@ -169,8 +169,8 @@ def test_without_sums_many_are_read_one_by_one(run: Run, peer: Any) -> None:
             assert await plc.read_many(names) == {"MAIN.nCounter": 7, "GVL.fValue": 1.5}
             await plc.write_many({"MAIN.nCounter": 8, "GVL.fValue": 2.5})
             assert await plc.read_many(names) == {"MAIN.nCounter": 8, "GVL.fValue": 2.5}
-            assert len(peer.asked(ReadWriteRequest, 0xF080)) == 1
-            assert len(peer.asked(ReadRequest, 0xF005)) == 4
+            assert len(peer.requests_of(ReadWriteRequest, 0xF080)) == 1
+            assert len(peer.requests_of(ReadRequest, 0xF005)) == 4
 
     run(main())
 
@@ -207,7 +207,7 @@ def test_another_port_shares_the_connection_but_not_the_symbols(run: Run, peer: 
             assert str(plc.at_port(10000, "1.1.1.1.1.1").address) == "1.1.1.1.1.1:10000"
             await plc.read("MAIN.nCounter")
             await nc.read("MAIN.nCounter")
-            assert len(peer.asked(ReadWriteRequest, 0xF003)) == 2
+            assert len(peer.requests_of(ReadWriteRequest, 0xF003)) == 2
             assert plc.at_port(851)._book is plc._book
 
     run(main())
@@ -235,7 +235,7 @@ def test_a_subscription_by_name_gives_typed_samples(run: Run, peer: Any) -> None
             target_of(peer) as plc,
             plc.subscribe("GVL.sText", cycle_time=0.01, max_delay=0.5, mode="cycle") as samples,
         ):
-            (request,) = peer.asked(AddNotificationRequest)
+            (request,) = peer.requests_of(AddNotificationRequest)
             assert request[0] == 0xF005
             assert request[2:] == (11, TransmissionMode.SERVER_CYCLE, 5_000_000, 100_000)
             peer.change("GVL.sText", b"world".ljust(11, b"\0"))
@@ -244,7 +244,7 @@ def test_a_subscription_by_name_gives_typed_samples(run: Run, peer: Any) -> None
     run(main())
 
 
-def test_names_in_any_case_come_back_as_they_were_asked(run: Run, peer: Any) -> None:
+def test_names_in_any_case_come_back_as_requested(run: Run, peer: Any) -> None:
     async def main() -> None:
         async with target_of(peer) as plc:
             await plc.read("main.ncounter")
@@ -271,7 +271,7 @@ def test_many_names_make_one_subscription(run: Run, peer: Any) -> None:
         async with target_of(peer) as plc, plc.subscribe(names) as samples:
             got = {(await anext(samples)).name for _ in names}
             assert got == set(names)
-            assert len(peer.asked(ReadWriteRequest, 0xF085)) == 1
+            assert len(peer.requests_of(ReadWriteRequest, 0xF085)) == 1
 
     run(main())
 
@@ -286,7 +286,7 @@ def test_a_place_can_be_subscribed_as_a_type_or_as_bytes(run: Run, peer: Any) ->
             first, second = await anext(numbers), await anext(raw)
             assert (first.name, first.value) == ("0x4020:0x0", 0x0201)
             assert second.value == b"\1\2\3"
-            assert peer.asked(AddNotificationRequest)[0].mode == 1
+            assert peer.requests_of(AddNotificationRequest)[0].mode == 1
 
     run(main())
 

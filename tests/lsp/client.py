@@ -108,12 +108,12 @@ class InProcessClient:
 
     def diagnostics(self, name: str) -> list[dict[str, Any]] | None:
         """Return the last diagnostics of a file; None if there were none."""
-        found = None
+        rows = None
         for note in self.notes:
             if note["method"] == types.TEXT_DOCUMENT_PUBLISH_DIAGNOSTICS:
                 params = note["params"]
-                found = params["diagnostics"] if params["uri"] == self.uri(name) else found
-        return found
+                rows = params["diagnostics"] if params["uri"] == self.uri(name) else rows
+        return rows
 
 
 def position_of(text: str, code: str, behind: int = 0) -> dict[str, int]:

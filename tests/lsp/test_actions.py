@@ -16,12 +16,12 @@ def test_the_near_miss_is_put_in_its_place(client: InProcessClient, right: str, 
     text = FILES[MAIN].replace(right, wrong)
     client.open(MAIN, text)
     client.pause()
-    found = client.diagnostics(MAIN) or []
-    near = [one for one in found if "; near: " in one["message"]]
+    diagnostics = client.diagnostics(MAIN) or []
+    near = [one for one in diagnostics if "; near: " in one["message"]]
     params = {
         "textDocument": {"uri": client.uri(MAIN)},
         "range": near[0]["range"],
-        "context": {"diagnostics": found},
+        "context": {"diagnostics": diagnostics},
     }
     action = client.request(types.TEXT_DOCUMENT_CODE_ACTION, params)[0]
     (edit,) = action["edit"]["changes"][client.uri(MAIN)]

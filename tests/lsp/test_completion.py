@@ -24,16 +24,16 @@ def _typed(client: InProcessClient, code: str) -> dict[str, object]:
     ],
 )
 def test_items(client: InProcessClient, code: str, labels: list[str], keywords: bool) -> None:
-    found = client.request(types.TEXT_DOCUMENT_COMPLETION, _typed(client, code))
-    names = [one["label"] for one in found["items"]]
+    result = client.request(types.TEXT_DOCUMENT_COMPLETION, _typed(client, code))
+    names = [one["label"] for one in result["items"]]
     assert names[: len(labels)] == labels
     assert ("END_IF" in names) is keywords
-    assert "documentation" in found["items"][0]
+    assert "documentation" in result["items"][0]
 
 
 def test_inputs_and_outputs_of_a_block_come_with_their_sign(client: InProcessClient) -> None:
-    found = client.request(types.TEXT_DOCUMENT_COMPLETION, _typed(client, "fbDrive("))
-    texts = {one["label"]: one.get("insertText") for one in found["items"]}
+    result = client.request(types.TEXT_DOCUMENT_COMPLETION, _typed(client, "fbDrive("))
+    texts = {one["label"]: one.get("insertText") for one in result["items"]}
     assert texts["bEnable"] == "bEnable := "
     assert texts["bDone"] == "bDone => "
     assert texts["nSum"] is None
@@ -53,8 +53,8 @@ def test_outside_of_code_nothing_completes(client: InProcessClient) -> None:
     ],
 )
 def test_signatures(client: InProcessClient, code: str, label: str, active: int) -> None:
-    found = client.request(types.TEXT_DOCUMENT_SIGNATURE_HELP, _typed(client, code))
-    assert found["signatures"][0]["label"] == label
-    assert found["activeParameter"] == active
+    result = client.request(types.TEXT_DOCUMENT_SIGNATURE_HELP, _typed(client, code))
+    assert result["signatures"][0]["label"] == label
+    assert result["activeParameter"] == active
     params = _typed(client, "nSum := 1; ")
     assert client.request(types.TEXT_DOCUMENT_SIGNATURE_HELP, params) is None

@@ -17,19 +17,19 @@ from tests.lsp.client import opened
 def test_a_finding_has_code_range_and_severity() -> None:
     source = Source("x := '😀' + nothing;")
     finding = source.fault(source.text.index("nothing"), "wrong", Code.UNKNOWN_NAME)
-    found = lsp_diagnostic(finding, "errors", Document(source.text))
-    assert found.range == types.Range(types.Position(0, 12), types.Position(0, 19))
-    assert (found.code, found.severity) == (Code.UNKNOWN_NAME.value, 1)
+    diagnostic = lsp_diagnostic(finding, "errors", Document(source.text))
+    assert diagnostic.range == types.Range(types.Position(0, 12), types.Position(0, 19))
+    assert (diagnostic.code, diagnostic.severity) == (Code.UNKNOWN_NAME.value, 1)
     assert lsp_diagnostic(finding, "unreached", Document("")).message == "not reached: wrong"
 
 
 def test_a_finding_leads_to_the_page_of_its_code(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv(SITE, "https://docs.example/achse/")
     finding = Source("x;").fault(0, "wrong", Code.UNKNOWN_NAME)
-    found = lsp_diagnostic(finding, "errors", Document("x;"))
-    assert found.code_description is not None
-    assert found.code_description.href.startswith("https://docs.example/achse/")
-    assert Code.UNKNOWN_NAME.value.lower() in found.code_description.href.lower()
+    diagnostic = lsp_diagnostic(finding, "errors", Document("x;"))
+    assert diagnostic.code_description is not None
+    assert diagnostic.code_description.href.startswith("https://docs.example/achse/")
+    assert Code.UNKNOWN_NAME.value.lower() in diagnostic.code_description.href.lower()
 
 
 UNUSED = "FUNCTION A : INT\nVAR nUnused : INT; END_VAR\nnOld := 1;\nEND_FUNCTION\n"
@@ -42,9 +42,12 @@ def test_rules_of_the_linter_are_shown_after_a_longer_pause(tmp_path: Path) -> N
         client.pause(0.1)
         assert [one["code"] for one in client.diagnostics("a.st") or ()] == ["ST3001"]
         client.pause(1.0)
-        found = client.diagnostics("a.st") or []
-        assert [(one["code"], one["severity"]) for one in found] == [("ST3001", 1), ("LT1001", 3)]
-        assert found[1]["tags"] == [types.DiagnosticTag.Unnecessary.value]
+        diagnostics = client.diagnostics("a.st") or []
+        assert [(one["code"], one["severity"]) for one in diagnostics] == [
+            ("ST3001", 1),
+            ("LT1001", 3),
+        ]
+        assert diagnostics[1]["tags"] == [types.DiagnosticTag.Unnecessary.value]
         client.open("a.st", UNUSED.replace("nOld", "nUnused"))
         client.pause(1.0)
         assert [one["code"] for one in client.diagnostics("a.st") or ()] == ["LT1003"]

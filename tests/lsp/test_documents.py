@@ -62,16 +62,16 @@ def test_edits_at_once_are_made_one_after_the_other(
     text: str, edits: list[tuple[tuple[int, int, int, int] | None, str]], kind: str
 ) -> None:
     at_once, singly = Document(text, Encoding(kind)), Document(text, Encoding(kind))
-    made = []
+    applied = []
     for place, new in edits:
         where = None
         if place is not None:
             where = types.Range(types.Position(*place[:2]), types.Position(*place[2:]))
-        made.append((where, new))
+        applied.append((where, new))
         start, end = (0, len(text)) if where is None else map(singly.offset_at, _ends(where))
         text = text[:start] + new + text[max(start, end) :]
         singly = Document(text, Encoding(kind))
-    at_once.edit(made)
+    at_once.edit(applied)
     assert at_once.text == text
 
 

@@ -14,9 +14,9 @@ from tests.st.workspace.sample import FILES
 
 @pytest.fixture
 def editor(project_folder: Path) -> Editor:
-    made = Editor()
-    made.projects = Projects([project_folder])
-    return made
+    editor = Editor()
+    editor.projects = Projects([project_folder])
+    return editor
 
 
 def test_each_place_in_code_is_found_and_shown(editor: Editor, project_folder: Path) -> None:

@@ -29,10 +29,10 @@ MAIN = "POUs/MAIN.TcPOU"
     ],
 )
 def test_hover(reader: InProcessClient, name: str, code: str, parts: list[str]) -> None:
-    found = reader.request(types.TEXT_DOCUMENT_HOVER, reader.at(name, code))
+    result = reader.request(types.TEXT_DOCUMENT_HOVER, reader.at(name, code))
     for part in parts:
-        assert part in found["contents"]["value"]
-    start, end = found["range"]["start"], found["range"]["end"]
+        assert part in result["contents"]["value"]
+    start, end = result["range"]["start"], result["range"]["end"]
     line = FILES[name].split("\n")[start["line"]]
     assert code.startswith(line[start["character"] : end["character"]])
 
@@ -41,9 +41,9 @@ def test_a_block_of_a_library_leads_to_its_page(
     reader: InProcessClient, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv(SITE, "https://docs.example")
-    found = reader.request(types.TEXT_DOCUMENT_HOVER, reader.at(MAIN, "TON;"))
+    result = reader.request(types.TEXT_DOCUMENT_HOVER, reader.at(MAIN, "TON;"))
     page = "https://docs.example/reference/plc-library-tc2_standard/#TON"
-    assert f"library [tc2_standard]({page})" in found["contents"]["value"]
+    assert f"library [tc2_standard]({page})" in result["contents"]["value"]
 
 
 def test_nothing_is_known_about_words(reader: InProcessClient) -> None:

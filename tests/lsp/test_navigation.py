@@ -27,19 +27,19 @@ MAIN, DRIVE, FAST = "POUs/MAIN.TcPOU", "POUs/FB_Drive.TcPOU", "POUs/FB_Fast.TcPO
 def test_definitions(
     reader: InProcessClient, name: str, code: str, target: str, declared: str
 ) -> None:
-    found = reader.request(types.TEXT_DOCUMENT_DEFINITION, reader.at(name, code, behind=1))
-    assert found["uri"] == reader.uri(target)
-    assert found["range"]["start"] == position_of(FILES[target], declared)
+    result = reader.request(types.TEXT_DOCUMENT_DEFINITION, reader.at(name, code, behind=1))
+    assert result["uri"] == reader.uri(target)
+    assert result["range"]["start"] == position_of(FILES[target], declared)
 
 
 def test_a_library_is_opened_where_it_is_installed(reader: InProcessClient) -> None:
-    found = reader.request(types.TEXT_DOCUMENT_DEFINITION, reader.at(MAIN, "TON;"))
-    assert found["uri"].endswith("/tc2_standard/timers.st")
+    result = reader.request(types.TEXT_DOCUMENT_DEFINITION, reader.at(MAIN, "TON;"))
+    assert result["uri"].endswith("/tc2_standard/timers.st")
 
 
 def test_the_type_of_a_variable(reader: InProcessClient) -> None:
-    found = reader.request(types.TEXT_DOCUMENT_TYPE_DEFINITION, reader.at(DRIVE, "aBuffer"))
-    assert found["uri"] == reader.uri("DUTs/ST_Data.TcDUT")
+    result = reader.request(types.TEXT_DOCUMENT_TYPE_DEFINITION, reader.at(DRIVE, "aBuffer"))
+    assert result["uri"] == reader.uri("DUTs/ST_Data.TcDUT")
 
 
 def test_nothing_is_declared_in_tags_and_words(reader: InProcessClient) -> None:
@@ -49,22 +49,22 @@ def test_nothing_is_declared_in_tags_and_words(reader: InProcessClient) -> None:
 
 def test_references_are_in_all_files(reader: InProcessClient) -> None:
     params = reader.at("GVLs/GVL.TcGVL", "cMost")
-    found = reader.request(
+    result = reader.request(
         types.TEXT_DOCUMENT_REFERENCES, {**params, "context": {"includeDeclaration": True}}
     )
-    files = sorted(one["uri"].rpartition("/")[2] for one in found)
+    files = sorted(one["uri"].rpartition("/")[2] for one in result)
     assert files == ["FB_Fast.TcPOU", "GVL.TcGVL", "MAIN.TcPOU", "ST_Data.TcDUT"]
-    found = reader.request(
+    result = reader.request(
         types.TEXT_DOCUMENT_REFERENCES, {**params, "context": {"includeDeclaration": False}}
     )
-    assert len(found) == 3
+    assert len(result) == 3
 
 
-def test_highlights_tell_reads_from_writes(reader: InProcessClient) -> None:
-    found = reader.request(
+def test_highlights_distinguish_reads_from_writes(reader: InProcessClient) -> None:
+    result = reader.request(
         types.TEXT_DOCUMENT_DOCUMENT_HIGHLIGHT, reader.at(DRIVE, "nPosition : DINT")
     )
-    assert sorted(one["kind"] for one in found) == [2, 2, 2, 2, 3, 3]
+    assert sorted(one["kind"] for one in result) == [2, 2, 2, 2, 3, 3]
 
 
 def test_the_outline_of_a_document(reader: InProcessClient) -> None:
@@ -82,8 +82,8 @@ def test_the_outline_of_a_document(reader: InProcessClient) -> None:
     [("fbdrv", {"FB_Drive", "fbDrive"}), ("F_Add", {"F_Add"}), ("zzz", set())],
 )
 def test_symbols_of_the_workspace(reader: InProcessClient, query: str, expected: set[str]) -> None:
-    found = reader.request(types.WORKSPACE_SYMBOL, {"query": query})
-    assert {one["name"] for one in found} == expected
+    result = reader.request(types.WORKSPACE_SYMBOL, {"query": query})
+    assert {one["name"] for one in result} == expected
 
 
 def test_calls_in_and_out(reader: InProcessClient) -> None:

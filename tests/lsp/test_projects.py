@@ -31,8 +31,8 @@ def test_each_project_file_is_a_project(tmp_path: Path) -> None:
         )
     projects = Projects([tmp_path])
     assert _paths(projects) == []
-    (found,) = projects.of(tmp_path / "B" / "B.st")
-    assert found.path == tmp_path / "B" / "B.plcproj"
+    (project,) = projects.of(tmp_path / "B" / "B.st")
+    assert project.path == tmp_path / "B" / "B.plcproj"
     projects.load()
     assert set(projects.findings()) == {tmp_path / "A" / "A.st", tmp_path / "B" / "B.st"}
 
@@ -44,8 +44,8 @@ def test_a_station_names_sources_and_libraries(tmp_path: Path) -> None:
     station = '[[plc]]\nsources = "plc"\nlibraries = ["lib"]\n'
     (tmp_path / "station.toml").write_text(station)
     projects = Projects([tmp_path])
-    (found,) = projects.of(tmp_path / "plc" / "Main.st")
-    assert not found.findings.errors
+    (project,) = projects.of(tmp_path / "plc" / "Main.st")
+    assert not project.findings.errors
     (tmp_path / "station.toml").write_text("[[plc]\n")
     assert Projects([tmp_path]).of(tmp_path / "plc" / "Main.st")[0].path == tmp_path
 

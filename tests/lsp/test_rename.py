@@ -100,9 +100,9 @@ def test_refused_renames(
     assert refusal.value.code == -32803
 
 
-def test_what_can_be_renamed_is_told_before(reader: InProcessClient) -> None:
-    found = reader.request(types.TEXT_DOCUMENT_PREPARE_RENAME, reader.at(MAIN, "nSum : DINT"))
-    assert found["placeholder"] == "nSum"
+def test_what_can_be_renamed_is_reported_before(reader: InProcessClient) -> None:
+    result = reader.request(types.TEXT_DOCUMENT_PREPARE_RENAME, reader.at(MAIN, "nSum : DINT"))
+    assert result["placeholder"] == "nSum"
     with pytest.raises(ServerRefused, match="declared in a library"):
         reader.request(types.TEXT_DOCUMENT_PREPARE_RENAME, reader.at(MAIN, "TON;"))
     assert reader.request(types.TEXT_DOCUMENT_PREPARE_RENAME, reader.at(MAIN, "END_VAR")) is None

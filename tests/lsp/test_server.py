@@ -251,13 +251,13 @@ def test_many_files_that_change_at_once_have_the_findings_of_each(
         assert [len(client.diagnostics(name) or ()) for name in names] == [1] * count
 
 
-def test_a_client_that_can_is_asked_to_watch_files(project_folder: Path) -> None:
+def test_a_client_that_can_is_requested_to_watch_files(project_folder: Path) -> None:
     watching = {"workspace": {"didChangeWatchedFiles": {"dynamicRegistration": True}}}
     with opened(project_folder, capabilities=watching) as client:
-        (asked,) = (one for one in client.notes if one["method"] == "client/registerCapability")
-        (registered,) = asked["params"]["registrations"]
+        (request,) = (one for one in client.notes if one["method"] == "client/registerCapability")
+        (registered,) = request["params"]["registrations"]
         assert registered["method"] == types.WORKSPACE_DID_CHANGE_WATCHED_FILES
-        client.feed({"jsonrpc": "2.0", "id": asked["id"], "result": None})
+        client.feed({"jsonrpc": "2.0", "id": request["id"], "result": None})
         assert client.request(types.WORKSPACE_SYMBOL, {"query": "F_Add"})
 
 
@@ -274,9 +274,9 @@ def test_positions_are_in_the_units_that_both_agree_on(project_folder: Path, enc
         column = len(line[: line.index("nSum")].encode(codec)) // width
         position = {"line": text.split("\n").index(line), "character": column}
         params = {"textDocument": {"uri": client.uri(MAIN)}, "position": position}
-        found = client.request(types.TEXT_DOCUMENT_HOVER, params)
-        assert "nSum : DINT" in found["contents"]["value"]
-        assert found["range"]["start"] == position
+        result = client.request(types.TEXT_DOCUMENT_HOVER, params)
+        assert "nSum : DINT" in result["contents"]["value"]
+        assert result["range"]["start"] == position
 
 
 def test_nothing_is_written(tmp_path: Path) -> None:

@@ -15,13 +15,13 @@ def test_each_name_has_its_kind(client: InProcessClient) -> None:
     params = {"textDocument": {"uri": client.uri(MAIN)}}
     data = client.request(types.TEXT_DOCUMENT_SEMANTIC_TOKENS_FULL, params)["data"]
     lines = [line.encode("utf-16-le") for line in text.split("\n")]
-    found = set()
+    kinds = set()
     line = column = 0
     for index in range(0, len(data), 5):
         down, right, length, kind, flags = data[index : index + 5]
         line, column = line + down, right if down else column + right
         word = lines[line][2 * column : 2 * (column + length)].decode("utf-16-le")
-        found.add((word, LEGEND.token_types[kind], flags))
+        kinds.add((word, LEGEND.token_types[kind], flags))
     assert {
         ("fbDrive", "variable", 1),
         ("FB_Drive", "class", 0),
@@ -31,4 +31,4 @@ def test_each_name_has_its_kind(client: InProcessClient) -> None:
         ("TON", "class", 4),
         ("Idle", "enumMember", 0),
         ("DINT_TO_REAL", "function", 4),
-    } <= found
+    } <= kinds

@@ -114,10 +114,10 @@ class World:
     def run_ahead(self, moments: int, cycles: tuple[int, ...]) -> int:
         """Take samples by machine code; how many moments, 0 if it cannot."""
         ahead = SamplesAhead([self.notifications])
-        found = ahead.next_samples(self.now + moments * 10 * MS)
-        if found is None:
+        samples = ahead.next_samples(self.now + moments * 10 * MS)
+        if samples is None:
             return 0
-        source, due_ns, cycle_ns = found
+        source, due_ns, cycle_ns = samples
         assert (source, due_ns, cycle_ns) == (self.notifications, self.now + 10 * MS, 10 * MS)
         done = ahead.run(source, START + due_ns, moments, STEP.bind(self.place, 6, *cycles))
         self.now += done * 10 * MS

@@ -88,7 +88,7 @@ def test_a_station_behind_the_clock_samples_less_until_it_keeps_up() -> None:
     assert budget.share == 1
 
 
-def test_one_who_asks_for_everything_delays_nobody_else(
+def test_a_client_that_requests_everything_delays_no_other(
     make_bench: Callable[..., Any], caplog: pytest.LogCaptureFixture
 ) -> None:
     """5,000 subscriptions at each cycle, of a fifth of which there is time."""
@@ -278,7 +278,7 @@ def test_connections_that_wait_or_have_got_more_than_others_are_not_forgotten() 
         max_size=4,
     ),
 )
-def test_in_any_mix_the_budget_holds_and_whoever_asks_for_no_more_than_a_share_misses_nothing(
+def test_in_any_mix_the_budget_holds_and_clients_within_their_share_miss_nothing(
     make_bench: Callable[..., Any],
     per_second: int,
     hosts: list[list[tuple[int, int, int]]],

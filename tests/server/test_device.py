@@ -158,7 +158,7 @@ def test_a_fault_in_a_row_is_logged_and_answered(
     assert "ZeroDivisionError" in caplog.text
 
 
-def test_a_refusal_is_logged_with_who_asked(bench: Any, caplog: pytest.LogCaptureFixture) -> None:
+def test_a_refusal_is_logged_with_its_client(bench: Any, caplog: pytest.LogCaptureFixture) -> None:
     with caplog.at_level(logging.DEBUG, logger="achse.server"):
         bench.raw(2, struct.pack("<III", 0x9999, 3, 2))
     [record] = caplog.records
@@ -241,9 +241,9 @@ def check_answered(bench: Any, command: int, data: bytes) -> None:
         assert len(answer.data) == FULL_LENGTH[command]
     else:
         (length,) = struct.unpack_from("<I", answer.data, 4)
-        (asked,) = struct.unpack_from("<I", data, 8)
+        (requested,) = struct.unpack_from("<I", data, 8)
         assert len(answer.data) == 8 + length
-        assert length <= asked
+        assert length <= requested
     for notification in bench.client.frames[1:]:
         assert notification.command == 8
 
@@ -272,7 +272,7 @@ def test_a_device_answers_on_each_of_its_ports(bench: Any) -> None:
         assert bench.client.frames.pop().source == to
 
 
-def test_the_answer_comes_from_the_address_that_was_asked(bench: Any) -> None:
+def test_the_answer_comes_from_the_address_that_was_queried(bench: Any) -> None:
     alias = AmsAddress("127.0.0.1.1.1:851")
     request = AddNotificationRequest(0x4020, 0, 1, 3, 0, 0)
     bench.router.deliver(Frame(alias, bench.me, 6, 4, 0, 9, request.encode()))

@@ -384,27 +384,27 @@ def test_clients_of_one_host_hold_half_of_all_handles(
     usage = tables[0].usage
     share = limit - limit // 2
     ways = [RemoteConnection(f"10.0.0.{number % 3}") for number in range(6)]
-    held: list[tuple[HandleTable[str], int, bytes, RemoteConnection]] = []
+    handles: list[tuple[HandleTable[str], int, bytes, RemoteConnection]] = []
     for step, which in steps:
         table, way, client = tables[which % 2], ways[which % 6], bytes([which])
         if step == "add":
-            of_host = sum(each.peer_host == way.peer_host for *_, each in held)
-            if len(held) < limit and of_host < share:
-                held.append((table, add(table, client, way), client, way))
+            of_host = sum(each.peer_host == way.peer_host for *_, each in handles)
+            if len(handles) < limit and of_host < share:
+                handles.append((table, add(table, client, way), client, way))
             else:
                 with pytest.raises(DeviceError, match="0x716"):
                     add(table, client, way)
-        elif step == "release" and held:
-            owned_by, number, owner, _ = held.pop(which % len(held))
+        elif step == "release" and handles:
+            owned_by, number, owner, _ = handles.pop(which % len(handles))
             owned_by.release(number, owner)
         elif step == "end":
             for each in tables:
                 each.abandon_way(way)
-            held = [each for each in held if each[3] is not way]
+            handles = [each for each in handles if each[3] is not way]
         elif step == "change":
             table.invalidate()
         for host in {each.peer_host for each in ways}:
-            count = sum(each.peer_host == host for *_, each in held)
+            count = sum(each.peer_host == host for *_, each in handles)
             assert usage.handles_by_host[host] == count <= share
     for table in tables:
         table.end_all()

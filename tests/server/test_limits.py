@@ -101,7 +101,7 @@ STAMP = 12 + 8 + 4
 """Bytes of a stamp with one sample of four bytes."""
 
 
-def kept(bench: Any) -> int:
+def queued(bench: Any) -> int:
     return int(bench.device.notifications.queued)
 
 
@@ -117,18 +117,18 @@ def test_samples_kept_for_all_clients_have_a_limit_and_the_greediest_lose_theirs
         bench.samples(client)
         client.congested = True
     bench.tick(60)
-    assert kept(bench) == (6 + 3 + 2) * STAMP
+    assert queued(bench) == (6 + 3 + 2) * STAMP
     bench.tick(10)
-    assert kept(bench) == (7 + 3 + 2) * STAMP
+    assert queued(bench) == (7 + 3 + 2) * STAMP
     bench.tick(10)  # the first has eight, the second four
-    assert kept(bench) == (4 + 2) * STAMP
+    assert queued(bench) == (4 + 2) * STAMP
     assert bench.device.notifications.dropped == 8
     assert caplog.text.count("too much is kept for all clients together") == 1
     for client, _ in slow:
         client.congested = False
     bench.tick(10)
     assert [len(bench.samples(client)) for client, _ in slow] == [1, 4, 3]
-    assert kept(bench) == 0
+    assert queued(bench) == 0
     assert "8 samples were dropped" in caplog.text
 
 
@@ -136,9 +136,9 @@ def test_samples_within_their_largest_delay_count_as_well(make_bench: Callable[.
     bench = make_bench(ClientLimits(all_queue_bytes=12 * STAMP))
     bench.subscribe("MAIN.nCounter", mode=3, cycle_ms=10, delay_ms=1000)
     bench.tick(110)
-    assert kept(bench) == 12 * STAMP
+    assert queued(bench) == 12 * STAMP
     bench.tick(10)
-    assert kept(bench) == 0
+    assert queued(bench) == 0
     bench.tick(1900)
     times = [time for time, _, _ in bench.samples()]
     assert times == [*range(910, 1001, 10), *range(1920, 2011, 10)]  # the newest of each second
@@ -172,10 +172,10 @@ def test_what_is_kept_is_counted_to_the_byte(
                 bench.device.symbols_changed()
             case "wait":
                 bench.tick(20)
-        assert kept(bench) == sum(
+        assert queued(bench) == sum(
             channel.buffered_bytes for channel in notifications._channels.values()
         )
-        assert kept(bench) <= 8 * STAMP
+        assert queued(bench) <= 8 * STAMP
     bench.device.end_clients()
     bench.tick(100)
-    assert kept(bench) == notifications.usage.watched == 0
+    assert queued(bench) == notifications.usage.watched == 0

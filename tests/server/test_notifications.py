@@ -259,7 +259,7 @@ def test_many_samples_of_a_cycle_go_in_several_frames(make_bench: Callable[..., 
 # values ----------------------------------------------------------------------------------------
 
 
-def test_a_sample_has_the_asked_length(bench: Any, counter: Any) -> None:
+def test_a_sample_has_the_requested_length(bench: Any, counter: Any) -> None:
     counter.number = 0x11223344
     bench.subscribe("MAIN.nCounter", length=2)
     bench.subscribe("MAIN.nCounter", length=6)
@@ -341,7 +341,7 @@ def test_a_deleted_notification_is_silent(bench: Any) -> None:
     assert list(bench.device.notifications.clients) == []
 
 
-def test_nobody_deletes_the_notification_of_another(bench: Any) -> None:
+def test_no_client_deletes_the_notification_of_another(bench: Any) -> None:
     handle = bench.subscribe("MAIN.nCounter", mode=3)
     other, address = bench.join()
     answer = bench.raw(7, struct.pack("<I", handle), source=address, origin=other)
@@ -366,7 +366,7 @@ def test_connection_is_used_while_it_has_subscriptions(bench: Any) -> None:
     assert not bench.router.is_used(way)
 
 
-def test_nobody_gets_samples_that_a_client_before_at_its_address_asked_for(bench: Any) -> None:
+def test_no_client_gets_samples_of_an_earlier_client_at_its_address(bench: Any) -> None:
     remote = AmsAddress("192.168.0.9.1.1:30000")
     old, new = bench.join()[0], bench.join()[0]
     bench.subscribe("MAIN.nCounter", mode=3, cycle_ms=10, source=remote, origin=old)
@@ -387,7 +387,7 @@ def test_a_restart_ends_everything(bench: Any) -> None:
     assert bench.raw(7, struct.pack("<I", handle)) == struct.pack("<I", 0x714)
 
 
-def test_an_online_change_ends_symbols_with_a_hint_and_tells_the_version(bench: Any) -> None:
+def test_an_online_change_ends_symbols_with_a_hint_and_reports_the_version(bench: Any) -> None:
     bench.subscribe("MAIN.nCounter", mode=3, cycle_ms=10)
     bench.raw(6, struct.pack("<IIIIII16x", 0xF008, 0, 1, 4, 0, 0))
     bench.samples()
@@ -403,7 +403,7 @@ def test_an_online_change_ends_symbols_with_a_hint_and_tells_the_version(bench: 
 
 
 @pytest.mark.parametrize(("delay", "cycle"), [(0, 2), (0, 9_999), (100, 0)])
-def test_a_client_that_counts_in_ms_is_told_once(
+def test_a_client_that_counts_in_ms_is_reported_once(
     bench: Any, caplog: pytest.LogCaptureFixture, delay: int, cycle: int
 ) -> None:
     body = struct.pack("<IIIIII16x", 0x4020, 0, 1, 3, delay, cycle)
@@ -424,7 +424,7 @@ def test_usual_times_need_no_word(bench: Any, caplog: pytest.LogCaptureFixture) 
 # a client that does not read -------------------------------------------------------------------
 
 
-def test_a_slow_reader_loses_its_oldest_samples_and_disturbs_nobody(
+def test_a_slow_reader_loses_its_oldest_samples_and_disturbs_no_other(
     make_bench: Callable[..., Any], caplog: pytest.LogCaptureFixture
 ) -> None:
     bench = make_bench(ClientLimits(queue_bytes=240))
@@ -446,7 +446,7 @@ def test_a_slow_reader_loses_its_oldest_samples_and_disturbs_nobody(
     assert "90 samples were dropped" in caplog.text
 
 
-def test_over_tcp_too_a_slow_reader_disturbs_nobody(make_bench: Callable[..., Any]) -> None:
+def test_over_tcp_too_a_slow_reader_disturbs_no_other(make_bench: Callable[..., Any]) -> None:
     """Half a megabyte per cycle: the one that reads gets all, the other one loses some."""
     bench = make_bench(ClientLimits(queue_bytes=1 << 20))
     big = bench.source.symbols["main.big"] = type(bench.source.symbols["main.text"])(1 << 19)
@@ -523,7 +523,9 @@ class Sink:
         return True
 
 
-def test_a_client_that_fails_disturbs_nobody(bench: Any, caplog: pytest.LogCaptureFixture) -> None:
+def test_a_client_that_fails_disturbs_no_other(
+    bench: Any, caplog: pytest.LogCaptureFixture
+) -> None:
     faulty, address = bench.join()
     bench.subscribe("MAIN.nCounter", mode=3, source=address, origin=faulty)
     bench.subscribe("MAIN.nCounter", mode=3)
@@ -590,11 +592,11 @@ def test_batches_of_subscriptions_that_come_and_go_do_not_wait_for_their_largest
     bench: Any,
 ) -> None:
     notifications = bench.device.notifications
-    kept = bench.subscribe("MAIN.nCounter", mode=3, cycle_ms=10, delay_ms=400)
+    delayed = bench.subscribe("MAIN.nCounter", mode=3, cycle_ms=10, delay_ms=400)
     for _ in range(1000):
         body = struct.pack("<IIIIII16x", 0x4020, 0, 4, 3, 4_000_000_000, 0)
         bench.raw(7, bench.raw(6, body)[4:])
     assert len(notifications._deadlines) < 200
     assert sum(len(batch.stamps) for _, _, batch in notifications._deadlines) <= 2
     bench.tick(402)
-    assert {handle for _, handle, _ in bench.samples()} == {kept}
+    assert {handle for _, handle, _ in bench.samples()} == {delayed}

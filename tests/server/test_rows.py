@@ -138,7 +138,7 @@ class Packed:
         return (*struct.unpack("<HH", data), 0, 0)
 
 
-def test_the_asked_length_picks_the_layout_and_else_the_largest_is_cut() -> None:
+def test_the_requested_length_picks_the_layout_and_else_the_largest_is_cut() -> None:
     row = Service(0, "both", READ, (Packed(), Layout("<IIII")), read=lambda t: (1, 2, 3, 4))
     assert row.encoder(4)((1, 2, 3, 4)) == b"\1\0\2\0"
     for length in (0, 8, 16, 200):
@@ -153,7 +153,7 @@ def test_the_written_size_picks_the_layout() -> None:
     assert refused(row, bytes(8)) == 0x705
 
 
-def test_two_layouts_of_one_size_cannot_be_told_apart() -> None:
+def test_two_layouts_of_one_size_cannot_be_distinguished() -> None:
     with pytest.raises(ValueError, match="same size"):
         Service(0, "both", READ, (Layout("<I"), Layout("<HH")), field="x")
 

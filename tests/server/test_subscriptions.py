@@ -51,7 +51,7 @@ def decoded(channel: Channel, size: int = 1000) -> list[Any]:
 
 
 @pytest.mark.parametrize("value", [b"", b"a", b"ab", b"abc"])
-def test_a_value_is_fitted_to_the_asked_length(batch: Batch, value: bytes) -> None:
+def test_a_value_is_fitted_to_the_requested_length(batch: Batch, value: bytes) -> None:
     assert len(subscription(batch, [value]).fit(value)) == 2
     assert subscription(batch, [value]).last == value[:2].ljust(2, b"\0")
 
@@ -68,7 +68,7 @@ def test_a_beat_samples_all_cyclic_and_the_changed(batch: Batch) -> None:
     assert batch.parts[2:] == [struct.pack("<II", 7, 2), b"cd"] * 2
 
 
-def test_a_change_beyond_the_asked_length_is_none(batch: Batch) -> None:
+def test_a_change_beyond_the_requested_length_is_none(batch: Batch) -> None:
     values = [b"abX"]
     group = SampleGroup(batch, (10, 10), SampleTimer((10, 0)))
     group.on_change.add(subscription(batch, values))
@@ -221,7 +221,7 @@ def test_a_hint_is_a_sample_without_data(batch: Batch, channel: Channel) -> None
     assert decoded(channel) == [(5, [(7, b"")])]
 
 
-def test_congestion_is_asked_of_the_connection() -> None:
+def test_congestion_is_read_from_the_connection() -> None:
     class Full:
         congested = True
 

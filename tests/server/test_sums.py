@@ -23,7 +23,7 @@ MIXED = ((MEMORY, 0, 2), (0x4711, 0, 3), (MEMORY, 10, 0), (0x1000, 99, 4), (0xF1
 
 
 @pytest.mark.parametrize("length", [4 * 5 + 17, PLENTY, 0xFFFF_FFFF])
-def test_sum_read_keeps_the_asked_lengths(bench: Any, length: int) -> None:
+def test_sum_read_keeps_the_requested_lengths(bench: Any, length: int) -> None:
     answer = bench.exchange(0xF080, 5, length, parts(*MIXED))
     data = b"\0\1" + bytes(3) + bytes(4) + b"\5\0\0\0\0\0\0\0"
     assert answer == (0, words(0, 0x702, 0, 0x703, 0) + data)

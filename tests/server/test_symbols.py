@@ -24,7 +24,7 @@ def test_a_name_gives_a_handle_with_or_without_nul(bench: Any, name: bytes) -> N
     assert handle != bytes(4)
 
 
-def test_a_client_that_asks_for_more_than_a_handle_gets_size_and_type(bench: Any) -> None:
+def test_a_client_that_requests_more_than_a_handle_gets_size_and_type(bench: Any) -> None:
     result, answer = bench.exchange(0xF003, 0, 0xFFFF_FFFF, b"MAIN.nCounter")
     assert result == 0
     assert answer[4:] == struct.pack("<IIH", 4, 3, 4) + b"DINT\0"
@@ -172,7 +172,7 @@ def test_after_a_download_handles_are_out_of_date_until_released(bench: Any) -> 
 # values ----------------------------------------------------------------------------------------
 
 
-def test_reads_are_cut_to_the_asked_length_and_to_the_symbol(bench: Any) -> None:
+def test_reads_are_cut_to_the_requested_length_and_to_the_symbol(bench: Any) -> None:
     bench.source.symbols["main.text"].memory[:5] = b"hello"
     handle = bench.handle("MAIN.text")
     assert bench.read(0xF005, handle, 5) == (0, b"hello")
@@ -341,7 +341,7 @@ def test_client_whose_connection_has_ended_gets_no_handle(way: Any, count: int) 
     assert len(services.handles.valid) == count
 
 
-def test_sample_of_a_value_is_cut_to_the_asked_length() -> None:
+def test_sample_of_a_value_is_cut_to_the_requested_length() -> None:
     services = SymbolServices(_OneSymbol(), ClientLimits(), lambda: 0)
     answer = services._handle_by_name(0, 4, b"x", bytes(8))
     handle = int.from_bytes(answer, "little")

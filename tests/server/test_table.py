@@ -129,17 +129,17 @@ def test_a_reader_follows_the_value(group: Group, axis: Axis) -> None:
 
 
 def test_a_row_may_know_a_quicker_way_to_take_samples(axis: Axis) -> None:
-    asked = []
+    reads = []
 
     def sample(target: Axis, length: int) -> Callable[[], bytes] | None:
-        asked.append((target, length))
+        reads.append((target, length))
         return None if length == 4 else lambda: b"quick"
 
     row = Service(0xA, "set_position", READ, Layout("<d"), field="set_position", sample=sample)
     group = Group(0x4100, [row], axis)
     assert group.reader(0x4100, 0xA, 8, ME)() == b"quick"
     assert group.reader(0x4100, 0xA, 4, ME)() == struct.pack("<d", 1.25)[:4]
-    assert asked == [(axis, 8), (axis, 4)]
+    assert reads == [(axis, 8), (axis, 4)]
 
 
 def test_rows_share_an_offset_if_their_access_differs() -> None:
@@ -297,8 +297,8 @@ def test_the_index_group_names_the_object(
     objects: ObjectGroup, index_group: int, position: float
 ) -> None:
     table = ServiceTable((objects,))
-    found = table.find(index_group)
-    assert found.read(index_group, 0xA, 8, ME) == struct.pack("<d", position)
+    row = table.find(index_group)
+    assert row.read(index_group, 0xA, 8, ME) == struct.pack("<d", position)
 
 
 @pytest.mark.parametrize("last", [0, 0x1000])

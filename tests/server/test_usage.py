@@ -191,8 +191,8 @@ def _check(usage: Usage, benches: list[Any], limits: ClientLimits) -> None:
         assert usage.handles_by_host[host] <= host_share(limits.all_handles)
     watched = sum(sum(each.sample_sizes) for each in everything)
     assert usage.watched == watched <= limits.all_watched_bytes
-    kept = sum(channel.buffered_bytes for each in everything for channel in each.channels)
-    assert usage.queued == kept <= limits.all_queue_bytes
+    buffered = sum(channel.buffered_bytes for each in everything for channel in each.channels)
+    assert usage.queued == buffered <= limits.all_queue_bytes
     for each in everything:
         counted: dict[bytes, int] = {}
         for channel in each.channels:

@@ -325,7 +325,7 @@ def test_a_server_that_ends_on_unknown_commands_works_by_a_second_connection(
     run_for_real(main())
 
 
-def test_a_server_that_falls_over_unknown_commands_is_awaited_and_not_asked_again(
+def test_a_server_that_falls_over_unknown_commands_is_awaited_and_not_queried_again(
     run_for_real: Run,
 ) -> None:
     async def main() -> None:
@@ -344,7 +344,7 @@ def test_a_server_that_falls_over_unknown_commands_is_awaited_and_not_asked_agai
     run_for_real(main())
 
 
-def test_a_router_that_was_not_asked_by_mistake_is_asked_the_next_time(
+def test_a_router_that_was_skipped_by_mistake_is_queried_the_next_time(
     run_for_real: Run, router: Router
 ) -> None:
     async def main() -> None:
@@ -374,7 +374,7 @@ def test_router_mode_insists(run_for_real: Run) -> None:
     run_for_real(main())
 
 
-def test_nobody_there_is_an_os_error(run_for_real: Run) -> None:
+def test_a_missing_peer_is_an_os_error(run_for_real: Run) -> None:
     async def main() -> None:
         async with deaf() as port:
             pass
@@ -409,7 +409,7 @@ def test_bytes_that_are_no_ams_are_a_loss_with_the_reason(run_for_real: Run) -> 
     run_for_real(main())
 
 
-def test_a_router_note_disturbs_nobody(run_for_real: Run, router: Router) -> None:
+def test_a_router_note_disturbs_no_other(run_for_real: Run, router: Router) -> None:
     async def main() -> None:
         note = TcpMessage(TcpCommand.ROUTER_NOTE, b"\1\0\0\0").encode_tcp()
         grant = TcpMessage(TcpCommand.PORT_CONNECT, bytes(PLC)).encode_tcp()

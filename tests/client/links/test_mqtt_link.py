@@ -49,7 +49,7 @@ def join(broker: Broker, built: Station) -> MqttRoutes:
     return routes
 
 
-async def test_the_only_router_is_asked_or_the_one_that_is_named() -> None:
+async def test_the_only_router_is_queried_or_the_named_one() -> None:
     broker = Broker()
     first, second = station(1), station(2)
     here = join(broker, first)
@@ -96,12 +96,12 @@ async def test_it_comes_back_after_the_broker(monkeypatch: pytest.MonkeyPatch) -
 
 
 def test_its_net_id_is_its_own() -> None:
-    made = {MqttDialer(SETTINGS).source.net_id for _ in range(20)}
-    assert len(made) == 20
-    assert all(str(net_id).startswith("10.") for net_id in made)
-    given = AmsAddress("192.0.2.7.1.1:30000")
-    assert MqttDialer(SETTINGS, source=given).source == given
-    assert isinstance(given.net_id, NetId)
+    net_ids = {MqttDialer(SETTINGS).source.net_id for _ in range(20)}
+    assert len(net_ids) == 20
+    assert all(str(net_id).startswith("10.") for net_id in net_ids)
+    source = AmsAddress("192.0.2.7.1.1:30000")
+    assert MqttDialer(SETTINGS, source=source).source == source
+    assert isinstance(source.net_id, NetId)
 
 
 async def test_what_waits_fails_at_once_when_its_router_goes() -> None:
@@ -115,20 +115,20 @@ async def test_what_waits_fails_at_once_when_its_router_goes() -> None:
     dialer = MqttDialer(SETTINGS, session=broker.session)
     async with achse.connect(dialer, net_id="5.6.7.1.1.1", watch_symbols=False) as client:
         other = client.at_port(851, "5.6.7.2.1.1")
-        asked = asyncio.ensure_future(other.read_raw(0x4020, 0, 4))
+        read = asyncio.ensure_future(other.read_raw(0x4020, 0, 4))
         await until(lambda: waits(client))
         await there.close()
         with pytest.raises(RouterError) as refusal:
-            await asked
+            await read
         assert refusal.value.code == 7
         with pytest.raises(RouterError) as refusal:  # nobody is there to be asked
             await other.read_raw(0x4020, 0, 4)
         assert refusal.value.code == 7
-        asked = asyncio.ensure_future(client.read_raw(0x4020, 0, 4))
+        read = asyncio.ensure_future(client.read_raw(0x4020, 0, 4))
         await until(lambda: waits(client))
         await here.close()
         with pytest.raises((RouterError, ConnectionLost)):
-            await asked
+            await read
 
 
 async def test_a_router_that_is_offline_is_not_waited_for(monkeypatch: pytest.MonkeyPatch) -> None:

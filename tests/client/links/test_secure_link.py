@@ -27,7 +27,7 @@ def test_targets_as_text() -> None:
 
 
 @pytest.mark.parametrize(
-    ("text", "told"),
+    ("text", "message"),
     [
         ("secure://", "host and port"),
         ("secure://h:99999", "[Pp]ort"),
@@ -37,8 +37,8 @@ def test_targets_as_text() -> None:
         (f"secure://h?ca=x&fingerprint={FINGERPRINT}", "not several"),
     ],
 )
-def test_targets_that_cannot_be(text: str, told: str) -> None:
-    with pytest.raises(SecureTargetError, match=told):
+def test_targets_that_cannot_be(text: str, message: str) -> None:
+    with pytest.raises(SecureTargetError, match=message):
         SecureTarget.parse(text)
 
 

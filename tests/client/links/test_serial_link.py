@@ -24,7 +24,7 @@ class Far(asyncio.Protocol):
     """A device that answers each read with 4 bytes, and has noted what it was asked."""
 
     def __init__(self) -> None:
-        self.asked: list[Frame] = []
+        self.frames: list[Frame] = []
 
     def connection_made(self, transport: Any) -> None:
         loop = asyncio.get_running_loop()
@@ -34,13 +34,13 @@ class Far(asyncio.Protocol):
         self.carrier.receive(data)
 
     def _answer(self, frame: Frame) -> None:
-        self.asked.append(frame)
+        self.frames.append(frame)
         if frame.command == Command.READ:
             length = ReadRequest.decode(frame.data).length
             self.carrier.send(frame.reply(DataResponse(0, bytes(length)).encode()))
 
 
-async def test_it_says_who_it_is_and_asks_the_loopback_net_id() -> None:
+async def test_it_says_who_it_is_and_queries_the_loopback_net_id() -> None:
     with cable() as line:
         far = Far()
         transport = await open_serial_port(SerialPort(line.left, BAUD), lambda: far)
@@ -49,7 +49,7 @@ async def test_it_says_who_it_is_and_asks_the_loopback_net_id() -> None:
             assert await client.read_raw(0x4020, 0, 4) == bytes(4)
         async with connect(SerialDialer(port, source=AmsAddress("1.2.3.4.5.6:7"))) as client:
             await client.read_raw(0x4020, 0, 4)
-        first, second = far.asked
+        first, second = far.frames
         assert AmsAddress(first.source).net_id == OUR_NET_ID
         assert str(AmsAddress(first.target)) == "127.0.0.1.1.1:801"
         assert str(AmsAddress(second.source)) == "1.2.3.4.5.6:7"
@@ -115,8 +115,8 @@ async def test_reads_of_memory_go_in_pieces_and_others_do_not() -> None:
         transport = await open_serial_port(SerialPort(line.left, BAUD), lambda: far)
         async with connect(f"serial:{line.right}?baud={BAUD}") as client:
             assert await client.read_raw(0x4020, 10, 500) == bytes(500)
-            asked = [ReadRequest.decode(frame.data) for frame in far.asked]
-            assert [(each.index_offset, each.length) for each in asked] == [
+            requests = [ReadRequest.decode(frame.data) for frame in far.frames]
+            assert [(each.index_offset, each.length) for each in requests] == [
                 (10, 215),
                 (225, 215),
                 (440, 70),

@@ -175,7 +175,7 @@ def test_other_bits_of_the_control_word_stay(on_bench: On) -> None:
     on_bench(test, enabled=False)
 
 
-def test_a_plc_that_writes_the_enables_is_told(on_bench: On) -> None:
+def test_a_plc_that_writes_the_enables_is_reported(on_bench: On) -> None:
     """A linked PLC writes ControlDWord in each of its cycles."""
 
     async def test(bench: Bench) -> None:
@@ -327,7 +327,7 @@ def test_the_station_is_restarted_while_it_moves() -> None:
     ],
     ids=lambda fault: fault["kind"],
 )
-def test_whatever_happens_on_the_wire_is_told(fault: dict[str, Any]) -> None:
+def test_whatever_happens_on_the_wire_is_reported(fault: dict[str, Any]) -> None:
     with (
         LiveStation(time="virtual") as live,
         live.connect() as client,
@@ -343,7 +343,7 @@ def test_whatever_happens_on_the_wire_is_told(fault: dict[str, Any]) -> None:
             impatient.nc.axis("X").wait_for("in target", patience=30)
 
 
-def test_a_link_lost_before_the_wait_is_told_or_the_wait_is_whole() -> None:
+def test_a_link_lost_before_the_wait_is_reported_or_the_wait_is_whole() -> None:
     """Which of the two depends on who is first: the next request or the news of the loss."""
     with LiveStation(time="virtual") as live, live.connect() as client:
         axis = client.nc.axis("X")

@@ -141,7 +141,7 @@ NUMBERS: st.SearchStrategy[Any] = st.one_of(
         max_size=6,
     )
 )
-def test_whatever_is_asked_ends_in_a_result_or_a_typed_error(
+def test_any_request_ends_in_a_result_or_a_typed_error(
     on_bench: On, calls: list[tuple[Any, ...]]
 ) -> None:
     async def test(bench: Bench) -> None:

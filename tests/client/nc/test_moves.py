@@ -153,6 +153,6 @@ def test_homing() -> None:
         shown(HomingCompletion("X"), [*busy, REST])
     with pytest.raises(AxisAborted, match="not homed"):
         shown(HomingCompletion("X"), [REST] * 200)
-    asked = replace(REST, operation_mode=int(OperationModeBit.APPLICATION_REQUEST))
+    requesting = replace(REST, operation_mode=int(OperationModeBit.APPLICATION_REQUEST))
     with pytest.raises(AxisTimeout):
-        shown(HomingCompletion("X"), [asked] * 1100)
+        shown(HomingCompletion("X"), [requesting] * 1100)

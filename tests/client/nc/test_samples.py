@@ -79,14 +79,14 @@ def test_a_restart_of_the_station_ends_a_trace() -> None:
         assert client.nc.axis("X").status().position == 0.0
 
 
-def test_the_layout_of_twincat_2_is_asked_for_when_the_longer_one_is_refused(
+def test_the_layout_of_twincat_2_is_requested_when_the_longer_one_is_refused(
     monkeypatch: pytest.MonkeyPatch, on_bench: Callable[..., Any]
 ) -> None:
-    asked = []
+    lengths = []
     read = RawTarget.read_raw
 
     async def older(self: RawTarget, group: int, offset: int, length: int) -> bytes:
-        asked.append(length)
+        lengths.append(length)
         if length == 256:
             raise DeviceError(0x705, "older")
         return await read(self, group, offset, length)
@@ -96,12 +96,12 @@ def test_the_layout_of_twincat_2_is_asked_for_when_the_longer_one_is_refused(
         axis = bench.client.nc.axis(1)
         await axis.move_to(10, velocity=100)
         assert (await axis.status()).set_position == 10.0
-        assert asked.count(256) == 1
+        assert lengths.count(256) == 1
 
     on_bench(test)
 
 
-def test_samples_that_nobody_fetched_are_counted() -> None:
+def test_samples_that_no_client_fetched_are_counted() -> None:
     async def main() -> None:
         station = Station.demo()
         async with (

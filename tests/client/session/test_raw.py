@@ -152,13 +152,13 @@ def test_a_single_part_travels_alone_and_several_in_sums_of_500(run: Run, peer: 
         peer.raw |= {(1, n): bytes([n % 256]) for n in range(501)}
         async with target_of(peer) as target:
             assert await target.send_each([ReadRequest(1, 3, 1)]) == [Outcome(0, b"\3")]
-            assert len(peer.asked(ReadRequest)) == 1
+            assert len(peer.requests_of(ReadRequest)) == 1
             parts = [ReadRequest(1, n, 1) for n in range(501)] + [ReadRequest(2, 0, 1)]
             outcomes = await target.send_each(parts)
             assert outcomes == [Outcome(0, bytes([n % 256])) for n in range(501)] + [
                 Outcome(0x702, b"")
             ]
-            assert [r.index_offset for r in peer.asked(ReadWriteRequest, 0xF080)] == [500, 2]
+            assert [r.index_offset for r in peer.requests_of(ReadWriteRequest, 0xF080)] == [500, 2]
             assert await target.send_each([]) == []
 
     run(main())
@@ -174,7 +174,7 @@ def test_without_sums_parts_go_one_by_one_from_then_on(run: Run, peer: Any) -> N
                 outcomes = await target.send_each(parts)
                 assert outcomes[:3] == [Outcome(0, bytes([n])) for n in range(3)]
                 assert outcomes[3].result == 0x702
-            assert len(peer.asked(ReadWriteRequest, 0xF080)) == 1
+            assert len(peer.requests_of(ReadWriteRequest, 0xF080)) == 1
             await target.send_each([WriteRequest(1, n, b"w") for n in range(2)])
             assert peer.raw[1, 1] == b"w"
 

@@ -59,7 +59,7 @@ def test_an_answer_goes_to_the_request_with_its_invoke_id() -> None:
     assert len(requests) == 0
 
 
-def test_an_answer_nobody_waits_for_is_counted() -> None:
+def test_an_answer_no_client_waits_for_is_counted() -> None:
     requests = Requests()
     frame = read_request()
     requests.answer(frame.reply())
@@ -108,7 +108,7 @@ def test_expire_fails_what_is_due_and_nothing_else(deadlines: list[float], now: 
     assert requests.next_deadline == min((d for d in deadlines if d > now), default=None)
 
 
-def test_fail_fails_all_and_says_what_they_asked() -> None:
+def test_fail_fails_all_and_names_their_requests() -> None:
     requests = Requests()
     waiter, gone = Waiting(), Waiting(done=True)
     requests.add(read_request(), waiter, 1.0)

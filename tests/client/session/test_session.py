@@ -52,16 +52,16 @@ def test_no_answer_is_a_time_out_at_the_deadline(run: Run, peer: Any) -> None:
     run(main())
 
 
-def test_a_late_answer_disturbs_nobody(run: Run, peer: Any) -> None:
+def test_a_late_answer_disturbs_no_other(run: Run, peer: Any) -> None:
     async def main() -> None:
         session = await opened(peer)
-        kept: list[Frame] = []
+        frames: list[Frame] = []
         reply = peer.reply
-        peer.reply = kept.append
+        peer.reply = frames.append
         with pytest.raises(RequestTimeout):
             await session.exchange(PLC, 2, READ, 0.1)
         peer.reply = reply
-        reply(kept[0])
+        reply(frames[0])
         assert session.requests.unasked == 1
         assert (await session.exchange(PLC, 2, READ, 1.0)).data[8:] == b"\1\2\3\4"
         await session.close()
@@ -242,7 +242,7 @@ def test_samples_go_to_their_listeners(run: Run, peer: Any) -> None:
     run(main())
 
 
-def test_samples_nobody_listens_to_are_ended_once(run: Run, peer: Any) -> None:
+def test_samples_no_client_listens_to_are_ended_once(run: Run, peer: Any) -> None:
     async def main() -> None:
         session = await opened(peer)
         for _ in range(3):
@@ -274,7 +274,7 @@ def test_samples_that_come_as_a_response_are_samples(run: Run, peer: Any) -> Non
 
 
 @pytest.mark.parametrize(("command", "flags"), [(2, 5), (2, 4), (9, 0)])
-def test_what_nobody_waits_for_is_dropped_and_told_once(
+def test_what_no_client_waits_for_is_dropped_and_reported_once(
     run: Run, peer: Any, caplog: pytest.LogCaptureFixture, command: int, flags: int
 ) -> None:
     async def main() -> None:
@@ -352,7 +352,7 @@ def test_a_target_that_left_is_renewed_without_dialling(run: Run, peer: Any) -> 
     run(main())
 
 
-def test_where_nobody_listens_it_says_what_to_do() -> None:
+def test_where_no_client_listens_it_says_what_to_do() -> None:
     with socket.create_server(("127.0.0.1", 0)) as server:
         free = server.getsockname()[1]
     with pytest.raises(ConnectionLost, match="start a station with `achse run --detach`"):

@@ -62,7 +62,7 @@ def test_a_time_that_does_not_fit_is_refused(seconds: float) -> None:
 def test_samples_come_in_order_with_value_and_time(run: Run, peer: Any) -> None:
     async def main() -> None:
         async with target_of(peer) as target, subscription(target, 0) as samples:
-            assert peer.asked(AddNotificationRequest) == [(0x4020, 0, 4, 4, 0, 1_000_000)]
+            assert peer.requests_of(AddNotificationRequest) == [(0x4020, 0, 4, 4, 0, 1_000_000)]
             peer.push((1, struct.pack("<I", 5)), filetime=116_444_736_000_000_000)
             first, second = await take(samples, 2)
             assert first == Sample("v0", 0x0403_0201, 133_000_000_000_000_000)
@@ -79,7 +79,7 @@ def test_leaving_deletes_and_ends_the_iterator(run: Run, peer: Any) -> None:
                 waiting = asyncio.create_task(everything(samples))
                 await asyncio.sleep(1)
             assert [sample.value for sample in await waiting] == [0x0403_0201]
-            assert peer.asked(DeleteNotificationRequest) == [(1,)]
+            assert peer.requests_of(DeleteNotificationRequest) == [(1,)]
             assert peer.notifications == {}
             assert await everything(samples) == []
 
@@ -100,7 +100,7 @@ def test_several_variables_share_one_queue(run: Run, peer: Any) -> None:
     run(main())
 
 
-def test_a_slow_reader_loses_the_oldest_and_is_told(run: Run, peer: Any) -> None:
+def test_a_slow_reader_loses_the_oldest_and_gets_a_report(run: Run, peer: Any) -> None:
     async def main() -> None:
         async with target_of(peer) as target, subscription(target, 0, depth=3) as samples:
             await take(samples, 1)
@@ -127,16 +127,16 @@ def test_a_refused_variable_undoes_the_others(run: Run, peer: Any) -> None:
 def test_a_cancelled_set_up_leaves_no_subscription_on_the_target(run: Run, peer: Any) -> None:
     async def main() -> None:
         async with target_of(peer) as target:
-            held: list[Any] = []
+            frames: list[Any] = []
             reply = peer.reply
-            peer.reply = held.append
+            peer.reply = frames.append
             task = asyncio.create_task(subscription(target, 0).__aenter__())
             await asyncio.sleep(0.1)
             task.cancel()
             with pytest.raises(asyncio.CancelledError):
                 await task
             peer.reply = reply
-            for frame in held:
+            for frame in frames:
                 reply(frame)
             peer.push((1, b"\0\0\0\0"))
             await asyncio.sleep(1)
@@ -196,7 +196,7 @@ def test_a_sample_without_data_means_set_up_again(run: Run, peer: Any) -> None:
             peer.push((1, b""))
             assert (await anext(samples)).gap
             await asyncio.sleep(1)
-            assert len(peer.asked(AddNotificationRequest)) == 2
+            assert len(peer.requests_of(AddNotificationRequest)) == 2
 
     run(main())
 

@@ -59,7 +59,7 @@ def test_a_symbol_has_a_handle_a_size_and_a_type(run: Run, peer: Any) -> None:
     run(main())
 
 
-def test_who_asks_at_the_same_time_asks_once(run: Run, peer: Any) -> None:
+def test_queries_at_the_same_time_are_one(run: Run, peer: Any) -> None:
     async def main() -> None:
         async with book_of(peer) as book:
             places = await asyncio.gather(*[book.place("MAIN.nCounter") for _ in range(50)])
@@ -119,13 +119,13 @@ def test_types_are_fetched_down_to_the_last_member(run: Run, peer: Any) -> None:
             data = struct.pack("<dh6xdh6x", 1.5, 5, -2.0, 7)
             first, second = place.type.decode(data)
             assert (first.fX, first.eMode.name, second.fX, second.eMode) == (1.5, "ON", -2.0, 7)
-            asked = [r.data for r in peer.asked(ReadWriteRequest, 0xF011)]
-            assert asked == [b"ST_Point\0", b"E_Mode\0"]
+            names = [r.data for r in peer.requests_of(ReadWriteRequest, 0xF011)]
+            assert names == [b"ST_Point\0", b"E_Mode\0"]
 
     run(main())
 
 
-def test_a_device_without_0xf011_is_asked_for_all_types(run: Run, peer: Any) -> None:
+def test_of_a_device_without_0xf011_all_types_are_requested(run: Run, peer: Any) -> None:
     async def main() -> None:
         declare(peer, ST_Point)
         table = b"".join(peer.types.values())
@@ -139,7 +139,7 @@ def test_a_device_without_0xf011_is_asked_for_all_types(run: Run, peer: Any) -> 
     run(main())
 
 
-def test_a_name_that_is_not_there_has_a_hint_and_the_table_is_asked_for_once(
+def test_a_name_that_is_not_there_has_a_hint_and_the_table_is_requested_once(
     run: Run, peer: Any
 ) -> None:
     async def main() -> None:
@@ -156,7 +156,7 @@ def test_a_name_that_is_not_there_has_a_hint_and_the_table_is_asked_for_once(
                     await book.place(name)
                 assert (refusal.value.code, refusal.value.context) == (0x710, f"symbol {name}")
                 assert str(refusal.value).endswith(hint)
-            assert len(peer.asked(ReadRequest, 0xF00B)) == 1
+            assert len(peer.requests_of(ReadRequest, 0xF00B)) == 1
 
     run(main())
 
@@ -201,14 +201,14 @@ def test_a_device_without_types_gives_numbers_and_bytes(run: Run, peer: Any) -> 
     run(main())
 
 
-def test_a_device_without_0xf009_is_asked_for_its_table(run: Run, peer: Any) -> None:
+def test_of_a_device_without_0xf009_the_table_is_requested(run: Run, peer: Any) -> None:
     async def main() -> None:
         peer.not_offered = {0xF009, 0xF00F}
         async with book_of(peer) as book:
             assert (await book.place("gvl.fvalue")).type is LREAL
             with pytest.raises(DeviceError, match=r"GVL\.none"):
                 await book.place("GVL.none")
-            assert len(peer.asked(ReadRequest, 0xF00B)) == 1
+            assert len(peer.requests_of(ReadRequest, 0xF00B)) == 1
 
     run(main())
 
@@ -229,7 +229,7 @@ def test_parts_of_symbols_of_a_table_are_found_by_its_types(run: Run, peer: Any)
             for name in ("GVL.aPoints[3].fX", "GVL.aPoints[1].fZ", "GVL.aPoints^", "GVL.none.x"):
                 with pytest.raises(DeviceError, match="symbol GVL"):
                     await book.place(name)
-            assert len(peer.asked(ReadRequest, 0xF00B)) == 1
+            assert len(peer.requests_of(ReadRequest, 0xF00B)) == 1
 
     run(main())
 
@@ -313,7 +313,7 @@ def test_a_loss_forgets_everything(run: Run, peer: Any) -> None:
     run(main())
 
 
-def test_a_loss_in_the_middle_fails_who_asked(run: Run, peer: Any) -> None:
+def test_a_loss_in_the_middle_fails_the_requests(run: Run, peer: Any) -> None:
     async def main() -> None:
         async with book_of(peer) as book:
             peer.mute = True
@@ -328,7 +328,7 @@ def test_a_loss_in_the_middle_fails_who_asked(run: Run, peer: Any) -> None:
     run(main())
 
 
-def test_closing_in_the_middle_fails_who_asked(run: Run, peer: Any) -> None:
+def test_closing_in_the_middle_fails_the_requests(run: Run, peer: Any) -> None:
     async def main() -> None:
         async with book_of(peer) as book:
             peer.mute = True
@@ -355,7 +355,7 @@ def test_a_change_of_the_symbol_version_forgets_and_releases(run: Run, peer: Any
         async with book_of(peer, watch=True) as book:
             await book.place("GVL.fValue")
             await asyncio.sleep(0.1)
-            assert peer.asked(AddNotificationRequest) == [(0xF008, 0, 1, 4, 0, 0)]
+            assert peer.requests_of(AddNotificationRequest) == [(0xF008, 0, 1, 4, 0, 0)]
             peer.variables["GVL.fValue"] = ["UDINT", 19, bytes(4)]
             peer.online_change()
             await asyncio.sleep(0.1)
@@ -372,6 +372,6 @@ def test_a_device_that_has_no_version_is_not_watched(run: Run, peer: Any) -> Non
         async with book_of(peer, watch=True) as book:
             await book.place("GVL.fValue")
             await asyncio.sleep(10)
-            assert len(peer.asked(AddNotificationRequest)) == 1
+            assert len(peer.requests_of(AddNotificationRequest)) == 1
 
     run(main())
