@@ -90,7 +90,7 @@ def test_a_set_with_one_value_outside_is_refused(area: str, data: st.DataObject)
         result.decode(result.encode(values))
 
 
-def test_check_tells_range_and_unit() -> None:
+def test_check_reports_range_and_unit() -> None:
     start: CamParameter = CAM_PARAMETERS[1]
     assert start.check(359) == 359
     with pytest.raises(CamParameterError, match=r"start = 360, expected 0\.\.359 degree"):

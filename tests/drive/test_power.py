@@ -143,7 +143,7 @@ def test_all_numbers_of_the_manual_are_in_the_table() -> None:
 
 
 @pytest.mark.parametrize("state", list(PowerState))
-def test_statuswords_tell_the_states_apart(state: PowerState) -> None:
+def test_statuswords_distinguish_the_states(state: PowerState) -> None:
     others = 0x3F90 if state.mask == 0x4F else 0x3F90 & ~0x20
     assert state_of(state.word) is state
     assert state_of(state.word | others & ~state.mask) is state

@@ -132,7 +132,7 @@ def test_text_that_does_not_fit_is_refused(unit: UnitFile, tmp_path: Path) -> No
     assert again.station.digest() == model.station.digest()
 
 
-def test_variable_of_another_size_asks_for_an_export(unit: UnitFile, tmp_path: Path) -> None:
+def test_variable_of_another_size_requests_an_export(unit: UnitFile, tmp_path: Path) -> None:
     wrong = UnitVariable("MAIN.nCount", "851:MAIN.nCount", ValueType.UINT64, "local", 8)
     with pytest.raises(ExportError, match="expected 8 bytes, got 4: export the unit again"):
         Model(tmp_path, unit._replace(variables=[wrong]))

@@ -125,7 +125,7 @@ def test_a_refused_value_changes_nothing() -> None:
     assert main.nCounter == 7
 
 
-def test_variables_tell_what_was_declared() -> None:
+def test_variables_report_what_was_declared() -> None:
     results = {item.name: item for item in variables(MAIN)}
     assert list(results)[:3] == ["nCounter", "bOut", "stAxis"]
     assert "from" in results

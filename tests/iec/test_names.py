@@ -65,7 +65,7 @@ def test_the_names_of_types_are_read_back(type: object) -> None:
     assert parse_type(type.name).size == type.size  # type: ignore[attr-defined]
 
 
-def test_other_names_are_asked_for() -> None:
+def test_other_names_are_looked_up() -> None:
     alias = AliasType("T_Len", LREAL)
     find = {"T_Len": alias}.get
     assert parse_type("ARRAY [1..2] OF T_Len", find).size == 16

@@ -31,7 +31,7 @@ def test_of_many_names_those_with_a_common_part_are_compared() -> None:
     assert nearest("Other.x", many) == []
 
 
-def test_it_is_told_as_a_question() -> None:
+def test_it_is_written_as_a_question() -> None:
     assert did_you_mean("GVL.fLevle", KNOWN) == "; did you mean 'GVL.fLevel'?"
     assert did_you_mean("x", KNOWN) == ""
 

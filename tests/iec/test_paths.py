@@ -223,7 +223,7 @@ def test_a_static_variable_is_a_start_of_its_own() -> None:
 @pytest.mark.parametrize(
     "path", ["aGrid[2,1]", "aGrid[0,0]", "aPoints[4].x", "aaRow[5][99999999999999]"]
 )
-def test_an_index_out_of_bounds_is_told_apart(path: str) -> None:
+def test_an_index_out_of_bounds_is_distinguished(path: str) -> None:
     with pytest.raises(IecIndexError):
         locate(BLOCK, path)
 

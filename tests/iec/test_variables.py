@@ -44,7 +44,7 @@ def test_any_text_is_an_address_or_refused(text: str) -> None:
         assert Address.parse(str(Address.parse(text))) == Address.parse(text)
 
 
-def test_a_variable_tells_all_that_was_declared() -> None:
+def test_a_variable_reports_all_that_was_declared() -> None:
     variable: Variable[int, int] = Variable(
         UDINT,
         5,

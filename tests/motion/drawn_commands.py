@@ -80,7 +80,7 @@ class Player:
         self.dice = dice
         self.reach = axis.encoder.soft_limit_max * decades(dice, -1.0, 0.3)
         self.at_first = axis.max_velocity, axis.encoder.soft_limit_min, axis.encoder.soft_limit_max
-        self.given = 0
+        self.command_count = 0
         self.accepted = 0
         self.history: list[str] = []
         self.velocities: dict[int, float] = {}
@@ -144,18 +144,18 @@ class Player:
                 self.reset()
         if axis.control_dword != ENABLED and dice.random() < 0.6:
             axis.control_dword = ENABLED
-            self.tell("control 7", 0)
+            self.log("control 7", 0)
         dice.choices(self.moves, self.weights)[0]()
 
-    def tell(self, what: str, code: int) -> None:
-        self.given += 1
+    def log(self, what: str, code: int) -> None:
+        self.command_count += 1
         self.accepted += code == 0
         self.history.append(f"{self.axis.set_cycle_counter}: {what} -> {code:#x}")
         del self.history[:-40]
 
     def call(self, command: Callable[..., int], *arguments: Any) -> bool:
         code = command(self.axis, *arguments)
-        self.tell(f"{command.__name__}{arguments}", code)
+        self.log(f"{command.__name__}{arguments}", code)
         return code == 0
 
     def began(self, velocity: float, jerk: float, *, aborting: bool = True) -> None:
@@ -326,7 +326,7 @@ class Player:
     def override(self) -> None:
         share = self.dice.choice([0, 0, 1, 1000, 250_000, 990_000, *4 * [FULL]])
         self.axis.velocity_override = share
-        self.tell(f"override {share}", 0)
+        self.log(f"override {share}", 0)
 
     def reset(self) -> None:
         self.cut = True
@@ -334,7 +334,7 @@ class Player:
 
     def enables(self) -> None:
         self.axis.control_dword = self.dice.choice([0, 1, 3, 5, 6, 7])
-        self.tell(f"control {self.axis.control_dword}", 0)
+        self.log(f"control {self.axis.control_dword}", 0)
 
     def error(self) -> None:
         self.call(commands.set_external_error, 0x4FFF)
@@ -346,7 +346,7 @@ class Player:
              "drive_output_disabled"]
         )  # fmt: skip
         setattr(self.axis, name, self.dice.randrange(2))
-        self.tell(f"{name} = {getattr(self.axis, name)}", 0)
+        self.log(f"{name} = {getattr(self.axis, name)}", 0)
 
     def disable(self) -> None:
         self.call(self.dice.choice([commands.disable, commands.enable]))
@@ -375,7 +375,7 @@ class Player:
             length,
         )
         code, _ = commands.start_superposition(axis, compensation)
-        self.tell(f"start_superposition({compensation})", code)
+        self.log(f"start_superposition({compensation})", code)
 
     def stop_compensation(self) -> None:
         self.call(commands.stop_superposition)
@@ -459,7 +459,7 @@ class Player:
         else:
             value = self.at_first[1 + name.endswith("max")] * decades(dice, -1.0, 1.0)
         setattr(axis, name, value)
-        self.tell(f"{name} = {value}", 0)
+        self.log(f"{name} = {value}", 0)
 
     def dynamics_of_the_axis(self) -> None:
         axis, dice = self.axis, self.dice
@@ -468,7 +468,7 @@ class Player:
              "fast_axis_stop_deceleration", "fast_axis_stop_jerk"]
         )  # fmt: skip
         setattr(axis, name, getattr(axis, name) * decades(dice, -0.3, 0.3))
-        self.tell(f"{name} = {getattr(axis, name)}", 0)
+        self.log(f"{name} = {getattr(axis, name)}", 0)
 
     def allowed(self) -> float:
         """Largest velocity of what works and what waits."""

@@ -138,7 +138,7 @@ class Player:
         """One random command; what held the axis before is first cleared away, mostly."""
         axis, dice = self.axis, self.dice
         if (axis.error_code or axis.motion_locked) and dice.random() < 0.9:
-            self.tell("release", commands.release_lock(axis))
+            self.log("release", commands.release_lock(axis))
             if axis.error_code:
                 self.reset()
         if axis.control_dword != ENABLED and dice.random() < 0.7:
@@ -146,13 +146,13 @@ class Player:
         ((_, move),) = dice.choices(self._moves, self._weights)
         move()
 
-    def tell(self, what: str, code: int) -> None:
+    def log(self, what: str, code: int) -> None:
         self.accepted += code == 0
         self.history.append(f"{self.axis.set_cycle_counter}: {what} -> {code:#x}")
 
     def call(self, command: Callable[..., int], *arguments: Any) -> int:
         code = command(self.axis, *arguments)
-        self.tell(f"{command.__name__}{arguments}", code)
+        self.log(f"{command.__name__}{arguments}", code)
         return code
 
     def velocity(self) -> float:
@@ -240,7 +240,7 @@ class Player:
     def override(self) -> None:
         share = self.dice.choice([0, 1, 1000, 250_000, 500_000, 990_000, *4 * [FULL]])
         self.axis.velocity_override = share
-        self.tell(f"override {share}", 0)
+        self.log(f"override {share}", 0)
 
     def reset(self) -> None:
         self.abrupt = True
@@ -248,7 +248,7 @@ class Player:
 
     def enables(self) -> None:
         self.axis.control_dword = self.dice.choice([0, 1, 3, 5, 6, 7])
-        self.tell(f"control {self.axis.control_dword}", 0)
+        self.log(f"control {self.axis.control_dword}", 0)
 
     def external_error(self) -> None:
         self.call(commands.set_external_error, 0x4FFF)
@@ -285,7 +285,7 @@ class Player:
         )
         code, _ = commands.start_superposition(axis, compensation)
         self.compensated = code == 0
-        self.tell(f"start_superposition({compensation})", code)
+        self.log(f"start_superposition({compensation})", code)
 
     def stop_compensation(self) -> None:
         self.call(commands.stop_superposition)
@@ -339,7 +339,7 @@ class Player:
             axis.override_type = dice.choice(list(OverrideType))
         else:
             setattr(axis, name, self.at_first[name] * dice.uniform(0.3, 1.0))
-        self.tell(f"{name} = {getattr(axis, name)}", 0)
+        self.log(f"{name} = {getattr(axis, name)}", 0)
 
     def settle(self) -> None:
         """End what goes on by itself."""

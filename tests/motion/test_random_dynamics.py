@@ -212,7 +212,7 @@ class Observer:
             if where.any():
                 i = int(np.argmax(where))
                 bound = f"{most[i]} {lowest[i]} … {highest[i]}"
-                self.tell(what, i, now, bound)
+                self.log(what, i, now, bound)
         self.watch_faults(now, states, closed & ~open_loop)
         fresh = np.abs(a1) <= 1.01 * DT * self.active_jerk  # made with the jerk of what works
         self.jerk = np.where(fresh, self.active_jerk, self.jerk)
@@ -241,9 +241,9 @@ class Observer:
             if rests or not closed[i] or not states[i, ERROR]:
                 del self.faults[i]
             elif (now[i, 0] - begin) * sign > way + 1e-11 * abs(begin):
-                self.tell("fault braked too weakly", i, now, f"{begin} {sign} {way}")
+                self.log("fault braked too weakly", i, now, f"{begin} {sign} {way}")
 
-    def tell(self, what: str, i: int, now: Any, bound: str) -> None:
+    def log(self, what: str, i: int, now: Any, bound: str) -> None:
         axis = self.players[i].axis
         pytest.fail(
             f"{what} at axis {i + 1}, cycle {axis.set_cycle_counter}:"
@@ -268,7 +268,7 @@ def play(seed: int, count: int, *, compiled: bool, axes: int = AXES) -> tuple[Nc
     players = [drawn.Player(axis, random.Random(dice.random())) for axis in nc]
     observer = Observer(nc, players)
     pace = [drawn.decades(dice, -2.5, -0.5) for _ in players]
-    while sum(player.given for player in players) < count:
+    while sum(player.command_count for player in players) < count:
         for player, often in zip(players, pace, strict=True):
             player.acted = dice.random() < often
             if player.acted:

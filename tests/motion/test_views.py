@@ -27,10 +27,10 @@ CART = lay_out("cart", [Cart], Field)
 
 
 class WheelView(View):
-    told: list[str]
+    changed_fields: list[str]
 
     def changed(self, field: Field) -> None:
-        self.told = [*getattr(self, "told", []), field.name]
+        self.changed_fields = [*getattr(self, "changed_fields", []), field.name]
 
 
 @pytest.fixture(params=[False, True], ids=["plain", "in memory"])
@@ -50,12 +50,12 @@ def test_fields_are_attributes_of_their_kind(stores: Any) -> None:
     assert (other.angle, other.turns) == (0.5, 3)
 
 
-def test_a_change_is_told_once(stores: Any) -> None:
+def test_a_change_is_reported_once(stores: Any) -> None:
     wheel = stores[0].views[0]
     wheel.angle = 0.5
     wheel.turns = 4
     wheel.turns = 4
-    assert wheel.told == ["turns"]
+    assert wheel.changed_fields == ["turns"]
 
 
 def test_a_reference_leads_to_the_view_of_its_record(stores: Any) -> None:
@@ -68,7 +68,7 @@ def test_a_reference_leads_to_the_view_of_its_record(stores: Any) -> None:
         cart.wheel = wheel
 
 
-def test_record_has_the_values_and_a_change_of_it_is_not_told(stores: Any) -> None:
+def test_record_has_the_values_and_a_change_of_it_is_not_reported(stores: Any) -> None:
     wheel, cart = stores[0].views[1], stores[1].views[0]
     cart.link("wheel", wheel)
     record = cart.record
@@ -76,7 +76,7 @@ def test_record_has_the_values_and_a_change_of_it_is_not_told(stores: Any) -> No
     record.wheel.marks[1] = 0.75
     record.load = 2
     assert (wheel.turns, list(wheel.marks), cart.load) == (9, [0.0, 0.75], 2)
-    assert not hasattr(wheel, "told")
+    assert not hasattr(wheel, "changed_fields")
     wheel.angle = 1.5
     assert record.wheel.angle == 1.5
 
@@ -105,14 +105,14 @@ TRAIN = lay_out("train", [Train], Field)
 
 
 class TrainView(View):
-    told: list[str]
+    changed_fields: list[str]
 
     def changed(self, field: Field) -> None:
-        self.told = [*getattr(self, "told", []), field.name]
+        self.changed_fields = [*getattr(self, "changed_fields", []), field.name]
 
 
 @pytest.mark.parametrize("compiled", [False, True])
-def test_records_within_are_views_that_tell_the_outer_one(compiled: bool) -> None:
+def test_records_within_are_views_that_report_to_the_outer_one(compiled: bool) -> None:
     first, train = Store(TrainView, TRAIN, plain_record(TRAIN), 2, compiled=compiled).views
     before = train.pack()
     train.axles[2].turns = 5
@@ -120,7 +120,7 @@ def test_records_within_are_views_that_tell_the_outer_one(compiled: bool) -> Non
     train.axles[0].marks[1] = 0.25
     assert [axle.turns for axle in train.axles] == [3, 3, 5]
     assert (train.engine.angle, list(train.axles[0].marks)) == (1.5, [0.0, 0.25])
-    assert train.told == ["turns", "angle"]
+    assert train.changed_fields == ["turns", "angle"]
     assert first.pack() == before != train.pack()
     with pytest.raises(AttributeError):
         train.engine = train.axles[0]

@@ -104,7 +104,7 @@ def test_the_cache_is_used_again(
     assert second.function(Rows(WHEEL, 2).address, 2, 0.0) == 2
 
 
-def test_a_broken_file_in_the_cache_is_made_anew(written: Any) -> None:
+def test_a_broken_file_in_the_cache_is_made_again(written: Any) -> None:
     module = written(SOURCE, Wheel=Wheel, STEP=7.0)
     first, second = (Kernel("wheels", module.turn, {Wheel: WHEEL}) for _ in range(2))
     assert first.function(Rows(WHEEL, 1).address, 1, 0.0) == 1

@@ -142,7 +142,7 @@ def test_annotations_of_a_class_name_its_partners() -> None:
         gvl: GVL
         text: "SomethingElse"  # type: ignore[name-defined]  # noqa: F821
         note: int
-        kept: "dict[str, list[int]] | None"
+        history: "dict[str, list[int]] | None"
         quoted: "GVL"
 
         def cycle(self) -> None:
@@ -168,7 +168,7 @@ def test_a_partner_that_is_not_declared_is_an_error() -> None:
         started(User)
 
 
-def test_a_start_forgets_python_attributes_and_runs_init_anew() -> None:
+def test_a_start_forgets_python_attributes_and_runs_init_again() -> None:
     class Prog(Program):
         nStarts = var(INT)
 

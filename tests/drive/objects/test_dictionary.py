@@ -235,7 +235,7 @@ def test_areas(reach: Reach, aborts: Any, listed: dict[str, str]) -> None:
             reach.read(high)
 
 
-def test_rows_ascend_and_tell_what_they_are() -> None:
+def test_rows_ascend_and_report_what_they_are() -> None:
     keys = [row.key for row in ROWS]
     assert keys == sorted(set(keys))
     assert all(row.doc.endswith(".") for row in ROWS)

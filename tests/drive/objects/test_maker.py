@@ -52,7 +52,7 @@ def test_general_objects_hold_what_they_are_given() -> None:
     assert drive.read_object(0x3210, 0) == bytes.fromhex("00424846")  # 12816.5
 
 
-def test_reset_begins_anew_and_returns_to_0(drive: VirtualDrive) -> None:
+def test_reset_begins_again_and_returns_to_0(drive: VirtualDrive) -> None:
     drive.enable(Mode.CYCLIC_POSITION)
     drive.set(0x6085, 77)
     drive.set(0x3215, 1)

@@ -118,7 +118,7 @@ NARROW = "G42 D1 X0 Y-10 F600\nX20\nY-11\nX21\nY-10\nX40\nG40 Y10"
 """A groove 1 mm wide and deep: too narrow for a cutter of 4 mm on the side of the groove."""
 
 
-def test_without_detection_nobody_looks() -> None:
+def test_without_detection_there_is_no_search() -> None:
     assert len(moves(NARROW, with_tool())) > 5
 
 
@@ -128,7 +128,7 @@ def test_detection_refuses() -> None:
     assert error.code is NcError.TOOL_COMPENSATION_BOTTLENECK
 
 
-def test_detection_tells_and_repairs() -> None:
+def test_detection_reports_and_repairs() -> None:
     data = with_tool()
     data.bottleneck = Bottleneck(mode=BottleneckMode.REPAIR, look_ahead=5)
     result = commands("CDON\n" + NARROW, data)
@@ -139,7 +139,7 @@ def test_detection_tells_and_repairs() -> None:
     assert min(lows) >= -12.0 - 1e-9
 
 
-def test_detection_only_tells() -> None:
+def test_detection_only_reports() -> None:
     data = with_tool()
     data.bottleneck = Bottleneck(mode=BottleneckMode.NOTICE, look_ahead=5)
     result = commands("CDON\n" + NARROW, data)
@@ -259,7 +259,7 @@ EIGHT = "G41 D1 X10 Y10 F600\nX30 Y30\nY10\nX10 Y30\nX0\nG40 X-20"
 
 
 @pytest.mark.parametrize(("look_ahead", "message"), [(1, 0), (3, 0), (6, 1), (24, 1)])
-def test_a_contour_that_crosses_itself_is_told_as_far_as_the_detection_looks(
+def test_a_contour_that_crosses_itself_is_reported_as_far_as_the_detection_looks(
     look_ahead: int, message: int
 ) -> None:
     data = with_tool()

@@ -21,7 +21,7 @@ N5 X=R1000
 K7 K10"""
 
 
-def test_every_wrong_line_is_told_once() -> None:
+def test_every_wrong_line_is_reported_once() -> None:
     report = check_program(PartProgram(WRONG, "part.nc"))
     assert [error.line for error in report.errors] == [2, 3, 4, 5, 6, 7, 9, 10]
     assert [error.word for error in report.errors][:5] == ["G33", "K-99", "L7", "G01", "K500"]
@@ -78,7 +78,7 @@ def test_calls_of_an_empty_subroutine_are_given_up(repeats: int) -> None:
         ("L5\nM30\nL5\nN3 @100 K-3\nM17", (4, 4)),
     ],
 )
-def test_a_loop_that_cannot_end_is_told_at_once(text: str, place: tuple[int, int]) -> None:
+def test_a_loop_that_cannot_end_is_reported_at_once(text: str, place: tuple[int, int]) -> None:
     report = check_program(PartProgram("F600\n" + text, "a.nc"))
     assert report.errors == []
     assert not report.ended

@@ -75,7 +75,7 @@ def test_homing_is_followed_by_new_positions() -> None:
     assert refused("G74 X Y").word == "G74"
 
 
-def test_an_endless_loop_holds_nobody() -> None:
+def test_an_endless_loop_blocks_no_other() -> None:
     run = start("N10 R1=R1+1\n@100 K-10")
     for calls in range(1, 6):
         assert run.advance(blocks=10) is None

@@ -437,7 +437,7 @@ def test_short_lines_go_over_at_once_with_the_same_motion(make_program: Any) -> 
     ("line", "code"),
     [("X3 Y2", NcError.NCI_BLOCK_BEYOND_SOFT_LIMITS), ("Z1", NcError.NCI_AXIS_TYPE)],
 )
-def test_a_line_in_the_middle_that_cannot_be_is_the_one_told(
+def test_a_line_in_the_middle_that_cannot_be_is_the_one_reported(
     program: Any, line: str, code: int
 ) -> None:
     axis = program.nc.axis(2)

@@ -66,7 +66,7 @@ def test_homing_is_a_command_with_a_number(rig: Any) -> None:
     assert rig.axis.set_command_state == 3
 
 
-def test_the_application_is_asked_to_home(make_rig: Any) -> None:
+def test_the_application_is_requested_to_home(make_rig: Any) -> None:
     rig = make_rig(encoder_reference_mode=20, control_dword=0)
     axis = rig.axis
     for number in (1, 2):

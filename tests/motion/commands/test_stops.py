@@ -126,7 +126,7 @@ def test_an_oriented_stop_ends_at_the_next_such_position_in_reach(
     assert not rig.has(StateBit.HAS_JOB)
 
 
-def test_an_oriented_stop_takes_the_running_ramp_whatever_is_asked(rig: Any) -> None:
+def test_an_oriented_stop_takes_the_running_ramp_in_any_case(rig: Any) -> None:
     for ramp in ((100.0, 1000.0), (9000.0, 90_000.0)):
         commands.universal_start(rig.axis, 3, 0.0, 200.0)
         rig.seconds(2.0)

@@ -75,7 +75,7 @@ def test_the_scaling_is_numerator_by_denominator(make_rig: Any) -> None:
     assert (rig.axis.encoder.scaling_numerator, rig.axis.encoder.scaling_denominator) == (0.25, 1.0)
 
 
-def test_an_axis_tells_the_truth_before_its_first_cycle() -> None:
+def test_an_axis_reports_the_truth_before_its_first_cycle() -> None:
     nc = Nc(
         2_000_000,
         [

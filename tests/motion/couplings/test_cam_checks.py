@@ -250,11 +250,11 @@ class Observer:
             self.faults += axis.error_code != 0
             rounding = 1e-8 + 1e-11 * abs(position)
             way = position - before
-            assert abs(way) <= self.fastest[n] * self.dt * (1.0 + 1e-8) + rounding, self.tell(axis)
+            assert abs(way) <= self.fastest[n] * self.dt * (1.0 + 1e-8) + rounding, self.log(axis)
             beyond = position - self.highest[n] if way > 0.0 else self.lowest[n] - position
-            assert beyond <= 2e-6 + rounding, self.tell(axis)
+            assert beyond <= 2e-6 + rounding, self.log(axis)
 
-    def tell(self, axis: Axis) -> str:
+    def log(self, axis: Axis) -> str:
         return f"axis {axis.axis_id}, error {axis.error_code:#x}, " + "; ".join(
             self.plant.history[-20:]
         )

@@ -89,7 +89,7 @@ def test_the_sequence_by_the_cam_alone(make: Any) -> None:
     assert axis.set_motion_phase == MotionPhase.NONE
 
 
-def test_no_limit_is_broken_and_the_status_word_tells_the_truth(make: Any) -> None:
+def test_no_limit_is_broken_and_the_status_word_reports_the_truth(make: Any) -> None:
     rig = make(encoder_reference_mode=2)
     commands.home(rig.axis)
     rows = walk(rig)
@@ -214,7 +214,7 @@ def test_from_the_cam_the_sequence_goes_on_with_step_3(make: Any) -> None:
     assert rig.axis.homing.latch_position == pytest.approx(5.0, abs=2 * STEP)
 
 
-def test_whoever_reads_every_cycle_sees_every_step(make_rig: Any) -> None:
+def test_any_client_that_reads_every_cycle_sees_every_step(make_rig: Any) -> None:
     """Cams, marks, modes, velocities, overrides at random: the first cycle shows step 1 (004)."""
     source = random.Random(10)
     order = [TOWARDS, WAIT, LEAVE, OFF, LATCH, SET, 0]

@@ -242,7 +242,9 @@ def test_velocity_and_position_mode_choose_the_interface(
 
 
 @pytest.mark.parametrize("compiled", [False, True])
-def test_a_dynamic_container_tells_how_the_velocity_goes_on(make_rig: Any, compiled: bool) -> None:
+def test_a_dynamic_container_reports_how_the_velocity_goes_on(
+    make_rig: Any, compiled: bool
+) -> None:
     """The way of a velocity that is held for each cycle lacks half a cycle's gain: V * dt / 2."""
     velocity, errors = 200.0, []
     for mode in (2, 18):

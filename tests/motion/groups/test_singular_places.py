@@ -196,18 +196,18 @@ ANY = st.floats(allow_nan=True, allow_infinity=True)
 
 @given(
     name=st.sampled_from(sorted(KINEMATICS)),
-    given_=st.lists(ANY, min_size=8, max_size=8),
+    arguments=st.lists(ANY, min_size=8, max_size=8),
     numbers=st.none() | st.lists(ANY, min_size=7, max_size=7),
 )
 def test_any_numbers_have_a_place_or_the_error(
-    name: str, given_: list[float], numbers: list[float] | None
+    name: str, arguments: list[float], numbers: list[float] | None
 ) -> None:
     """Of the services 0x801 and 0x802; what they tell is finite."""
     group = Tool(name, Random(1)).group
     if numbers is not None:
         group.numbers = numbers[: len(group.numbers)]
     for call in (group.forward, group.inverse):
-        result = call(given_)
+        result = call(arguments)
         if isinstance(result, list):
             assert all(map(math.isfinite, result))
         else:

@@ -132,7 +132,7 @@ def violation(
 class Case:
     """One situation, what was planned for it, and what the observer says to that."""
 
-    given: list[float] = [0.0] * 9  # as `generate` makes them
+    arguments: list[float] = [0.0] * 9  # as `generate` makes them
     factor: float = 0.0
     times: list[float] = [0.0] * MAX_SEGMENTS
     jerks: list[float] = [0.0] * MAX_SEGMENTS
@@ -149,7 +149,7 @@ def plan_all(cases: Sequence[Case]) -> None:
     """Plan each case and let the observer look at it."""
     for i in range(len(cases)):
         c = cases[i]
-        g = c.given
+        g = c.arguments
         p, v, a, target, end = g[0], g[1], g[2], g[3], g[4]
         top, acc, dec, jerk = g[5], g[6], g[7], g[8]
         n = plan_to_position(c.times, c.jerks, p, v, a, target, end, top, acc, dec, jerk)
@@ -162,7 +162,7 @@ def ramp_all(cases: Sequence[Case]) -> None:
     """Plan the way to the largest velocity instead, and compute all that has a single result."""
     for i in range(len(cases)):
         c = cases[i]
-        g, r = c.given, c.results
+        g, r = c.arguments, c.results
         v, a, dec, jerk = g[1], g[2], g[7], g[8]
         c.count = plan_to_velocity(c.times, c.jerks, v, a, g[5], g[6], dec, jerk)
         r[0], r[1], r[2] = end_state(c.times, c.jerks, c.count, g[0], v, a)
@@ -173,7 +173,7 @@ def ramp_all(cases: Sequence[Case]) -> None:
 def aim_all(cases: Sequence[Case]) -> None:
     """Put targets near where the axis would come to rest, where `factor` is not 0."""
     for i in range(len(cases)):
-        g, factor = cases[i].given, cases[i].factor
+        g, factor = cases[i].arguments, cases[i].factor
         if factor != 0.0:
             g[3] = g[0] + factor * stopping_distance(g[1], g[2], g[7], g[8])
 
@@ -243,7 +243,7 @@ def generate(seed: Any, count: Any, wild: Any) -> Any:
     return cases
 
 
-def kept(cases: Any) -> Any:
+def checked_counts(cases: Any) -> Any:
     """Plan all cases; every promise is kept. Their numbers of segments."""
     _, _, counts, verdicts = planned(cases)
     broken = np.flatnonzero(verdicts)
@@ -254,7 +254,7 @@ def kept(cases: Any) -> Any:
 @pytest.mark.parametrize("wild", [False, True])
 def test_generated_cases_arrive_without_breaking_a_limit(wild: Any) -> None:
     cases = generate(1, CASES, wild)
-    counts = kept(cases)
+    counts = checked_counts(cases)
     assert counts.min() >= 0, cases[counts.argmin()].tolist()
 
 
@@ -269,14 +269,14 @@ def test_a_target_short_of_the_last_jerk_phase_is_reached_by_returning() -> None
     sign = rng.choice([-1.0, 1.0], CASES)
     cases[:, 1], cases[:, 2] = sign * speed, sign * growth
     aim_near_stop(cases, 1.0 - np.abs(rng.normal(size=CASES)) * 10.0 ** rng.uniform(-9, 0.0))
-    counts = kept(cases)
+    counts = checked_counts(cases)
     assert counts.min() >= 0, cases[counts.argmin()].tolist()
 
 
 def test_generated_end_velocities_are_met_or_refused() -> None:
     cases = generate(2, CASES, False)
     cases[:, 4] = cases[:, 5] * np.random.default_rng(3).uniform(0.0, 1.0, CASES)
-    counts = kept(cases)
+    counts = checked_counts(cases)
     assert set(counts[counts < 0]) == {END_VELOCITY_UNREACHABLE}
     assert (counts > 0).sum() > 0.3 * CASES
 
@@ -291,7 +291,7 @@ def test_an_end_velocity_above_the_limit_is_reached_by_a_last_rise() -> None:
     share = np.where(dice.random(CASES) < 0.5, 10.0 ** dice.uniform(-2.0, 2.0, CASES), 0.0)
     way = np.sign(cases[:, 1] + 1e-99) * share * time * cases[:, 4]
     cases[:, 3] = np.where(share > 0.0, cases[:, 0] + way, cases[:, 3])
-    counts = kept(cases)
+    counts = checked_counts(cases)
     assert set(counts[counts < 0]) == {END_VELOCITY_UNREACHABLE}
     assert (counts > 0).sum() > 0.3 * CASES
 

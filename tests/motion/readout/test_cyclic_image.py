@@ -108,7 +108,7 @@ def test_moving_axes_in_checked_code() -> None:
 
 
 @needs_compiler
-def test_a_position_that_is_no_number_stops_nobody() -> None:
+def test_a_position_that_is_no_number_stops_no_other() -> None:
     axis = one_axis()
     axis.set_position = float("inf")
     images = AxisImages([axis])

@@ -51,7 +51,7 @@ def test_without_a_wish_the_drive_is_shut_down(state: int) -> None:
     assert power.command(servo(state, 0)) == 6
 
 
-def test_a_fault_stays_until_a_reset_is_asked_for() -> None:
+def test_a_fault_stays_until_a_reset_is_requested() -> None:
     requested = servo(power.FAULT, CONTROL_WISH)
     assert {power.command(requested) for _ in range(100)} == {0}
 

@@ -11,7 +11,7 @@ from achse.native.declare import plain_record
 Job = plain_record(JOB)
 
 
-def test_a_job_asks_for_what_is_given_and_nothing_else() -> None:
+def test_a_job_has_its_arguments_and_nothing_else() -> None:
     job = Job()
     job.start_velocity, job.blending_position, job.mode = 3.0, 4.0, BufferMode.BUFFERED
     set_request(job, 7, StartType.RELATIVE, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0)
@@ -23,7 +23,7 @@ def test_a_job_asks_for_what_is_given_and_nothing_else() -> None:
     }  # fmt: skip
 
 
-def test_all_that_is_asked_for_is_taken_over_and_no_progress() -> None:
+def test_all_of_the_request_is_taken_over_and_no_progress() -> None:
     job, other = Job(), Job()
     for number, name in enumerate(JOB.fields, 1):
         setattr(other, name, number)

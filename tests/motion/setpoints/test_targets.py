@@ -209,7 +209,7 @@ def test_a_loop_passes_its_target_and_comes_back(make_rig: Any, loop: float, tar
     assert max(extremes) <= max(0.0, target)
 
 
-def test_every_start_of_a_loop_is_decided_anew(make_rig: Any) -> None:
+def test_every_start_of_a_loop_is_decided_again(make_rig: Any) -> None:
     rig = make_rig(loop_enable=1, loop_distance=5.0)
     for start_type, position in ((1, 50.0), (4, 0.0), (1, 50.0)):
         assert commands.universal_start(rig.axis, start_type, position, 100.0) == 0
@@ -219,7 +219,7 @@ def test_every_start_of_a_loop_is_decided_anew(make_rig: Any) -> None:
         assert farthest == pytest.approx(55.0 if start_type == 1 else 50.0, abs=0.01)
 
 
-def test_a_new_target_of_a_loop_is_decided_anew(make_rig: Any) -> None:
+def test_a_new_target_of_a_loop_is_decided_again(make_rig: Any) -> None:
     rig = make_rig(loop_enable=1, loop_distance=5.0)
     commands.start(rig.axis, 1, 500.0, 100.0)
     rig.seconds(1.0)

@@ -133,7 +133,7 @@ def test_change_of_scaling_waits_while_points_change() -> None:
     assert nc.axis(2).state_dword & StateBit.CAM_SCALING_PENDING
 
 
-def test_kernels_are_not_told_of_points_that_fit_into_memory() -> None:
+def test_kernels_are_not_notified_of_points_that_fit_into_memory() -> None:
     nc = build()
     follow(nc, 2, 13, 5)
     reports: list[int] = []

@@ -490,7 +490,7 @@ def test_changed_points_leave_other_functions(nc: Nc) -> None:
     assert (layer.change.kind, tables.cams.numbers[layer.now.cam + 4]) == (0, 11.0)
 
 
-def test_kernels_are_told_when_the_memory_has_grown(nc: Nc) -> None:
+def test_kernels_are_notified_when_the_memory_has_grown(nc: Nc) -> None:
     tables = nc.tables
     reports: list[int] = []
     tables.laid_out = lambda: reports.append(len(tables.cams.numbers))
@@ -544,7 +544,7 @@ def test_three_rows_are_enough_for_values_of_a_spline(nc: Nc) -> None:
     refuses(NcError.TABLE_WRONG_KIND, tables.cam, 10, 0)
 
 
-def test_kernels_are_told_when_changed_points_need_more_memory(nc: Nc) -> None:
+def test_kernels_are_notified_when_changed_points_need_more_memory(nc: Nc) -> None:
     tables, count = nc.tables, 60
     table = tables.create(8, TableType.MOTION_FUNCTION, 3, count, 1)
     points = [(n, 5, 0, 1, 0, float(n), 0.0, 0.0, 0.0, 0.0) for n in range(count)]

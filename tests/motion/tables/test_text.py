@@ -37,7 +37,7 @@ def test_cams(text: str) -> None:
         ("2 2\n3 1\n4 5", [(3.0, 1.0), (4.0, 5.0)]),
     ],
 )
-def test_a_first_line_of_sizes_is_told_from_a_row(
+def test_a_first_line_of_sizes_is_distinguished_from_a_row(
     text: str, rows: list[tuple[float, float]]
 ) -> None:
     assert content_of(text) == rows
@@ -94,7 +94,7 @@ def test_what_is_no_table(text: str, line: int, message: str) -> None:
 
 
 @given(st.text(st.sampled_from("0123456789 .,;+-e\n\t#master_nif\0é"), max_size=60))
-def test_any_text_is_a_table_or_told(text: str) -> None:
+def test_any_text_is_a_table_or_an_error(text: str) -> None:
     try:
         content = content_of(text)
     except TableTextError:

@@ -215,10 +215,10 @@ def test_callbacks(load: Any) -> None:
     module = ModuleBuilder()
     ask = module.callback("ask", [I8, U8, BOOL, F32, ADDRESS], [I16])
     assert module.callback("ask", [I8, U8, BOOL, F32, ADDRESS], [I16]) is ask
-    tell = module.callback("tell", [I16])
+    report = module.callback("tell", [I16])
     body = module.function("run", [I8, U8, BOOL, F32, ADDRESS], [I16], exported=True, faults=True)
     (answer,) = body.call(ask, *body.parameters)
-    body.call(tell, answer)
+    body.call(report, answer)
     body.return_(answer)
     seen: list[Any] = []
 
@@ -281,7 +281,7 @@ def test_an_opening_comes_first_and_knows_what_the_body_needs(load: Any) -> None
 def test_a_handler_gets_the_fault_and_the_trail_of_places(load: Any) -> None:
     """A fault two calls down: the places it came through, innermost first."""
     module = ModuleBuilder()
-    message = module.callback("told", [], [I64])
+    report = module.callback("report", [], [I64])
     inner = module.function("inner", [I64], [I64], faults=True)
     (values,) = inner.parameters
     inner.require(inner.convert(values, BOOL), 7, values)
@@ -297,14 +297,14 @@ def test_a_handler_gets_the_fault_and_the_trail_of_places(load: Any) -> None:
             outer.return_(*outer.call(middle.function, *outer.parameters))
         outer.begin(handler)
         assert outer.handler is None
-        outer.return_(*outer.call(message))
+        outer.return_(*outer.call(report))
     seen: list[Any] = []
 
-    def told_() -> int:
+    def reported() -> int:
         seen.append(code.caught())
         return -1
 
-    code = load(module, told=told_)
+    code = load(module, report=reported)
     assert code.function("safe")(5) == 5
     assert code.function("safe")(0) == -1
     ((failure, places),) = seen

@@ -114,7 +114,7 @@ def test_a_file_that_others_may_write_to_is_not_loaded(folder: Path) -> None:
 
 
 @pytest.mark.parametrize("whose", ["folder", "file"])
-def test_what_belongs_to_somebody_else_is_not_loaded(
+def test_a_file_of_another_user_is_not_loaded(
     folder: Path,
     whose: str,
     monkeypatch: pytest.MonkeyPatch,
@@ -130,13 +130,13 @@ def test_what_belongs_to_somebody_else_is_not_loaded(
         facts[4] += whose == "file"
         return os.stat_result(facts)
 
-    def told(path: Path, **how: bool) -> os.stat_result:
+    def owner_of(path: Path, **how: bool) -> os.stat_result:
         facts = list(stat(path, **how))
         if path == theirs:
             facts[4] = os.getuid() + 1
         return os.stat_result(facts)
 
-    monkeypatch.setattr(Path, "stat", told)
+    monkeypatch.setattr(Path, "stat", owner_of)
     monkeypatch.setattr(os, "fstat", told_of_open)
     assert saved.load() is None
     assert f"{theirs} belongs to user {os.getuid() + 1}" in caplog.text

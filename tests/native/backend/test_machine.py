@@ -145,21 +145,21 @@ def test_numbers_are_cut_to_the_parameters() -> None:
 def test_machine_code_is_unloaded_after_the_last_that_refers_to_it() -> None:
     module = ModuleBuilder()
     words = module.words("kept", 2)
-    asked = module.callback("asked", [I64], [I64])
+    callback = module.callback("asked", [I64], [I64])
     body = module.function("both", [I64], [I64], exported=True, faults=True)
-    (answer,) = body.call(asked, *body.parameters)
+    (answer,) = body.call(callback, *body.parameters)
     body.return_(body.add(answer, body.load(I64, words, 8)))
     content = compile_module(module, Effort.FAST)
 
     class Host:
         code: MachineCode
 
-        def asked(self, number: int) -> int:
+        def callback(self, number: int) -> int:
             return 2 * number
 
     def loaded() -> tuple[weakref.ref[Any], weakref.ref[Host], Any, Any]:
         host = Host()
-        host.code = code = MachineCode(content, module.interface, {"asked": host.asked})
+        host.code = code = MachineCode(content, module.interface, {"asked": host.answer_for})
         module_loaded = weakref.ref(code._loaded)
         return module_loaded, weakref.ref(host), code.plain_function("both"), code.words("kept")
 
@@ -180,10 +180,10 @@ def test_machine_code_is_unloaded_after_the_last_that_refers_to_it() -> None:
 
 def test_code_that_runs_is_not_unloaded() -> None:
     module = ModuleBuilder()
-    asked = module.callback("asked", [], [I64])
+    callback = module.callback("asked", [], [I64])
     body = module.function("twice", [], [I64], exported=True, faults=True)
-    (first,) = body.call(asked)
-    (second,) = body.call(asked)
+    (first,) = body.call(callback)
+    (second,) = body.call(callback)
     body.return_(body.add(first, second))
     content = compile_module(module, Effort.FAST)
     running: list[Any] = []

@@ -77,10 +77,10 @@ def written(frames: list[Frame], callback_every: int = 0) -> ModuleBuilder:
     for number, frame in enumerate(frames):
         body = module.write(targets[number])
         body.will_descend()
-        n, *given_ = body.parameters
+        n, *operands = body.parameters
         after = targets[(number + 1) % len(frames)]
         asks = bool(callback_every) and number % callback_every == 0
-        _body(body, frame, n, given_, after, callback if asks else None)
+        _body(body, frame, n, operands, after, callback if asks else None)
         with body.opening():
             body.descend(TOO_DEEP)
     run = module.function("run", [I64], [I64], exported=True, faults=True)
@@ -95,7 +95,7 @@ def _zero(body: FunctionBuilder, type: MachineType) -> Operand:
 
 
 def _body(
-    body: FunctionBuilder, frame: Frame, n: Operand, given_: list[Operand], after: Any,
+    body: FunctionBuilder, frame: Frame, n: Operand, operands: list[Operand], after: Any,
     callback: Any,
 ) -> None:  # fmt: skip
     zero, one, three = (body.constant(I64, number) for number in (0, 1, 3))
@@ -126,7 +126,7 @@ def _body(
     body.return_(*[total] * len(body.function.signature.results))
     body.begin(end)
     body.return_(*[zero] * len(body.function.signature.results))
-    assert given_ is not None
+    assert operands is not None
 
 
 def outcome(run: Callable[[int], int], n: int) -> int | str:
@@ -211,14 +211,14 @@ def test_a_call_from_another_thread_during_a_callback_keeps_the_limits() -> None
     module = written([Frame([], 1, 400, [], 0, 0, False)], callback_every=1)
     seen: list[int | str] = []
 
-    def asked(n: int) -> int:
+    def callback(n: int) -> int:
         if n == 500:
             seen.append(in_thread(256 * KB, lambda: outcome(run, 400)))
             seen.append(in_thread(8192 * KB, lambda: outcome(run, 400)))
         return n
 
     content = compile_module(module, Effort.FAST)
-    run = MachineCode(content, module.interface, {"asked": asked}).function("run")
+    run = MachineCode(content, module.interface, {"asked": callback}).function("run")
     for size, reached in ((4096 * KB, 1800), (256 * KB, "too deep"), (4096 * KB, 1800)):
         seen.clear()
         assert in_thread(size, lambda: outcome(run, 600)) == reached

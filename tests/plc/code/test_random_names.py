@@ -77,9 +77,9 @@ def results(names: dict[str, str], form: CodeForm = BEST) -> list[object]:
     return [len(ran.plain_routines), *(values(ran[names[role]]) for role in SHOWN)]
 
 
-def values(found: object) -> object:
+def values(value: object) -> object:
     """A record without the names of its members."""
-    return [values(each) for each in found.values()] if isinstance(found, dict) else found
+    return [values(each) for each in value.values()] if isinstance(value, dict) else value
 
 
 @cache

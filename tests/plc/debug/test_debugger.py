@@ -103,7 +103,7 @@ def test_a_step_belongs_to_its_task(plc: PlcRuntime, line: Line) -> None:
     assert debugger.stop_place[0] == "SLOW"
 
 
-def test_libraries_are_stepped_over_unless_asked_for(plc: PlcRuntime, line: Line) -> None:
+def test_libraries_are_stepped_over_unless_requested(plc: PlcRuntime, line: Line) -> None:
     debugger = plc.debug()
     debugger.own_paths = frozenset({"plc/main.st", "GVL.st"})
     debugger.add("main.st", line("fbDelay(IN"))

@@ -189,7 +189,7 @@ END_PROGRAM
 """
 
 
-def _made(plc: PlcRuntime | None, form: CodeForm, **parts: str) -> PlcRuntime:
+def _run_version(plc: PlcRuntime | None, form: CodeForm, **parts: str) -> PlcRuntime:
     texts = {"plain": "", "made": "", "more": "", "delete": "", **parts}
     declared = declare([parse(Source(MADE.format(**texts), "made.st"), name="GVL")])
     main = declared.programs["main"]
@@ -207,22 +207,22 @@ def _made(plc: PlcRuntime | None, form: CodeForm, **parts: str) -> PlcRuntime:
 @forms
 @pytest.mark.parametrize(("part", "name"), [("made", "FB_Made"), ("plain", "ST_Plain")])
 def test_what_new_made_takes_no_other_layout(form: CodeForm, part: str, name: str) -> None:
-    plc = _made(None, form)
+    plc = _run_version(None, form)
     with pytest.raises(DeclarationError, match=f"{name} has another layout.*a reset or a restart"):
-        _made(plc, form, **{part: "x : LREAL;"})
+        _run_version(plc, form, **{part: "x : LREAL;"})
     assert plc.online_changes == 0
     plc.run_due(40_000_000)
     assert plc.instance("MAIN")["nMade"] == 8, "it goes on as it was"
     plc.reset()
     plc.run()
-    _made(plc, form, **{part: "x : LREAL;"})
+    _run_version(plc, form, **{part: "x : LREAL;"})
     assert plc.online_changes == 1
 
 
 @forms
 def test_pointers_in_what_new_made_follow_what_moves(form: CodeForm) -> None:
-    plc = _made(None, form)
-    _made(plc, form, more="x : LREAL; y : STRING;")
+    plc = _run_version(None, form)
+    _run_version(plc, form, more="x : LREAL; y : STRING;")
     plc.instance("MAIN")["k"] = 5
     plc.run_due(40_000_000)
     assert plc.state is PlcState.RUN, plc.failure

@@ -30,9 +30,9 @@ def test_place_by_name_is_found_by_address(ran: Ran, name: str) -> None:
     place = _named(ran, name)
     assert place is not None
     assert ran.plc.bodies is not None
-    found = ran.plc.bodies.context.symbol_at(place.address, place.type.size)
-    assert found is not None
-    assert (found.address, found.type.name) == (place.address, place.type.name)
+    symbol = ran.plc.bodies.context.symbol_at(place.address, place.type.size)
+    assert symbol is not None
+    assert (symbol.address, symbol.type.name) == (place.address, place.type.name)
 
 
 def test_pointer_leads_to_the_address_of_the_symbol(ran: Ran) -> None:
@@ -58,7 +58,7 @@ def test_address_within_a_value_has_no_symbol(ran: Ran) -> None:
 def test_types_are_found_by_name_without_case(ran: Ran) -> None:
     assert ran.plc.bodies is not None
     context = ran.plc.bodies.context
-    found = context.type_named("st")
-    assert found is not None
-    assert (found.name, found.size) == ("ST", 24)
+    type = context.type_named("st")
+    assert type is not None
+    assert (type.name, type.size) == ("ST", 24)
     assert context.type_named("ST_None") is None

@@ -25,8 +25,8 @@ def test_values_are_read_as_they_were_written(type: IecType[Any], data: st.DataO
     other = documents.start(0)
     assert documents.read(other, text)
     reading = SymbolElements(documents, other, adds=False)
-    found = reading.spot("/data/value")
+    place = reading.spot("/data/value")
     got = bytearray(type.size)
-    assert found is not None
-    assert reading.read(found, type, got)
+    assert place is not None
+    assert reading.read(place, type, got)
     assert bytes(got) == value

@@ -104,14 +104,14 @@ def test_bytes_in_memory_are_constants() -> None:
 
 
 def test_a_type_of_a_library_by_its_source_and_by_a_symbol_file() -> None:
-    def made(space: str, second: str = "b", values: int = 2) -> StructType[Any]:
+    def read(space: str, second: str = "b", values: int = 2) -> StructType[Any]:
         members = IntEnum("E_Mode", [f"V{number}" for number in range(values)])  # type: ignore[misc]
         mode: EnumType[Any] = EnumType(members, name=f"{space}E_Mode")
         return StructType(f"{space}ST_A", [Variable(INT, name="a"), Variable(mode, name=second)])
 
-    source, symbols = made(""), made("Lib.")
+    source, symbols = read(""), read("Lib.")
     assert same_shape(source, symbols)
     assert same_shape(symbols, source)
-    assert not same_shape(source, made("Lib.", "c"))
-    assert not same_shape(source, made("Lib.", values=3))
+    assert not same_shape(source, read("Lib.", "c"))
+    assert not same_shape(source, read("Lib.", values=3))
     assert not same_shape(source, StructType("Lib.ST_B", []))

@@ -70,7 +70,7 @@ def test_names_that_stand_for_nothing(text: str, message: str) -> None:
     assert caught.value.message == message
 
 
-def test_a_name_declared_twice_is_asked_for_by_its_list() -> None:
+def test_a_name_declared_twice_is_qualified_by_its_list() -> None:
     text = "VAR_GLOBAL CONSTANT c : INT := 1; END_VAR FUNCTION_BLOCK FB END_FUNCTION_BLOCK"
     names = scopes(text)
     names.scopes.add([parse("VAR_GLOBAL CONSTANT c : INT := 2; END_VAR", name="Other")])
@@ -79,7 +79,7 @@ def test_a_name_declared_twice_is_asked_for_by_its_list() -> None:
     assert value("Other.c", names, "FB").value == 2
 
 
-def test_values_of_two_enumerations_are_asked_for_by_their_type() -> None:
+def test_values_of_two_enumerations_are_qualified_by_their_type() -> None:
     names = scopes(
         "TYPE A : (x); END_TYPE TYPE B : (y, x); END_TYPE FUNCTION_BLOCK FB END_FUNCTION_BLOCK"
     )
@@ -101,7 +101,7 @@ def test_a_constant_at_fault_is_reported_once_in_its_place(name: str, fault: str
     assert message.startswith(fault)
 
 
-def test_whole_numbers_are_asked_for_by_what_they_are() -> None:
+def test_whole_numbers_are_checked() -> None:
     names = Resolver({}, {}, TC3_X64)
     scope = Scope(Source(""), "P")
     assert names.constants.integer(parse_expression("2 + 3"), scope, "a length") == 5

@@ -78,7 +78,7 @@ def test_a_list_of_units_that_others_may_have_written_is_not_loaded(
     assert len(library_files()) == len(parsed_files)
 
 
-def test_another_parser_lists_the_units_anew(
+def test_another_parser_lists_the_units_again(
     parsed_files: list[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     library_files()

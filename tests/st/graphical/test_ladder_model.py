@@ -10,23 +10,23 @@ from achse.st.declare import declare
 from tests.st.graphical.drawings import Drawn, quoted, read, thing, unit
 
 
-def made(type: str, **members: Any) -> dict[str, Any]:
+def node(type: str, **members: Any) -> dict[str, Any]:
     return {"$type": type, **members}
 
 
 def operand(text: str, *, negated: bool = False) -> dict[str, Any]:
-    entry = made("Operand", Expression=text)
+    entry = node("Operand", Expression=text)
     if negated:
-        entry["Modifier"] = made("Modifier", Negation=True)
+        entry["Modifier"] = node("Modifier", Negation=True)
     return entry
 
 
 def sequence(*elements: dict[str, Any]) -> dict[str, Any]:
-    return made("Sequence", Elements=list(elements)) if elements else made("Sequence")
+    return node("Sequence", Elements=list(elements)) if elements else node("Sequence")
 
 
 def element(type: str, text: str, *, negated: bool = False) -> dict[str, Any]:
-    return made(type, Operand=operand(text, negated=negated))
+    return node(type, Operand=operand(text, negated=negated))
 
 
 def block(
@@ -34,23 +34,23 @@ def block(
 ) -> dict[str, Any]:
     """A block; an input None is fed by the power line, an output None runs on."""
     pins = [
-        made("Input", Pin=made("Pin", Name=name), Sequence=value or sequence())
+        node("Input", Pin=node("Pin", Name=name), Sequence=value or sequence())
         for name, value in inputs.items()
     ]
     out = []
     for name, variable in outputs.items():
-        one = made("Output", Pin=made("Pin", Name=name))
+        one = node("Output", Pin=node("Pin", Name=name))
         if variable is not None:
-            one["OutVariable"] = made("OutVariable", Operand=operand(variable))
+            one["OutVariable"] = node("OutVariable", Operand=operand(variable))
         out.append(one)
-    return made("Block", BlockType=type, Inputs=pins, Outputs=out, **more)
+    return node("Block", BlockType=type, Inputs=pins, Outputs=out, **more)
 
 
 def body(*sequences: dict[str, Any]) -> str:
     networks = [
-        made("Network", Id=f"id{number}", Sequence=one) for number, one in enumerate(sequences)
+        node("Network", Id=f"id{number}", Sequence=one) for number, one in enumerate(sequences)
     ]
-    text = json.dumps(made("LadderDataModel", Networks=networks)).replace("&", "&amp;")
+    text = json.dumps(node("LadderDataModel", Networks=networks)).replace("&", "&amp;")
     root = thing("LadderImplementationObject", quoted("ModelJson", text))
     return f"<LADDER><XmlArchive><Data>{root}</Data></XmlArchive></LADDER>"
 
@@ -63,7 +63,7 @@ def test_power_runs_through_contacts_branches_and_blocks_to_the_coil() -> None:
         CallType=2,
         Instance=operand("t"),
     )
-    either = made(
+    either = node(
         "ParallelClosed",
         Branches=[
             sequence(element("Contact", "a"), element("Contact", "b", negated=True)),
@@ -86,7 +86,7 @@ def test_power_runs_through_contacts_branches_and_blocks_to_the_coil() -> None:
 @pytest.mark.parametrize(
     ("item", "why"),
     [
-        (made("Jump"), "expected Contact, got 'Jump'"),
+        (node("Jump"), "expected Contact, got 'Jump'"),
         ({**element("Coil", "q"), "Set": True}, "'Set' of a Coil is not supported"),
         (block("F", {}, {}, CallType=9), "call type 9 of F is not supported"),
         (block("F", {"a": None, "b": None}, {}), "the power line of F leads to 2 inputs"),

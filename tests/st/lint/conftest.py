@@ -12,7 +12,7 @@ from achse.st.lint.options import LintOptions
 from achse.st.syntax.parser import parse
 
 Linted = Callable[..., list[str]]
-Found = Callable[..., list[Diagnostic]]
+Linted = Callable[..., list[Diagnostic]]
 
 
 def declared(text: str) -> Declarations:

@@ -47,15 +47,15 @@ def compared(variables: str, condition: str) -> str:
     ],
 )
 def test_comparisons(linted: Linted, condition: str, finding: str) -> None:
-    found = linted(compared("x, y : LREAL; n : INT; u : UINT;", condition), "LT2")
-    assert len(found) == bool(finding)
-    assert not finding or found[0].startswith(finding)
+    diagnostics = linted(compared("x, y : LREAL; n : INT; u : UINT;", condition), "LT2")
+    assert len(diagnostics) == bool(finding)
+    assert not finding or diagnostics[0].startswith(finding)
 
 
 @given(type=st.sampled_from(sorted(TYPES)), number=st.integers(-3, 3))
 def test_only_zero_of_an_unsigned_type_decides(type: str, number: int) -> None:
-    found = findings(compared(f"v : {type};", f"v < {number}"), "LT2002")
-    assert bool(found) == (TYPES[type] == 0 and number == 0)
+    diagnostics = findings(compared(f"v : {type};", f"v < {number}"), "LT2002")
+    assert bool(diagnostics) == (TYPES[type] == 0 and number == 0)
 
 
 def test_a_loop_that_counts_down_without_a_sign_does_not_end(linted: Linted) -> None:

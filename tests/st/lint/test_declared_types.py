@@ -63,9 +63,9 @@ UNIT = NAMES.scopes.entries["fb"]
     ],
 )  # fmt: skip
 def test_a_path_to_an_enumeration_is_found(path: str) -> None:
-    found = TYPES.values_of(parse_expression(path), CHAIN, UNIT)
-    assert found is not None
-    assert found.name == "E_State"
+    values = TYPES.values_of(parse_expression(path), CHAIN, UNIT)
+    assert values is not None
+    assert values.name == "E_State"
 
 
 @pytest.mark.parametrize(

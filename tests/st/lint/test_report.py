@@ -8,7 +8,7 @@ from achse.st.lint.options import LintOptions
 from achse.st.lint.report import LintReport
 
 
-def found(line: str, above: str = "") -> list[str]:
+def codes_of(line: str, above: str = "") -> list[str]:
     """Return the codes of two findings at `x`, one that is off included."""
     text = f"{above}\n{line}\n"
     report = LintReport(LintOptions(select=("LT1001", "LT2")))
@@ -21,7 +21,7 @@ def found(line: str, above: str = "") -> list[str]:
 
 
 def test_a_finding_counts_once_if_its_rule_is_on() -> None:
-    assert found("x : INT;") == ["LT1001", "LT2001"]
+    assert codes_of("x : INT;") == ["LT1001", "LT2001"]
     report = LintReport(LintOptions(select=("LT3",)))
     assert report.wants(Code.UNUSED_VARIABLE, Code.MISSING_ELSE)
     assert not report.wants(Code.UNUSED_VARIABLE)
@@ -45,4 +45,4 @@ def test_a_finding_counts_once_if_its_rule_is_on() -> None:
 def test_a_pragma_suppresses_in_its_line_or_the_next(
     line: str, above: str, codes: list[str]
 ) -> None:
-    assert found(line, above) == codes
+    assert codes_of(line, above) == codes

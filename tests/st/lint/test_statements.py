@@ -57,9 +57,9 @@ def body(linted: Linted, statements: str) -> list[str]:
     ],
 )  # fmt: skip
 def test_statements(linted: Linted, statements: str, findings: list[str]) -> None:
-    found = body(linted, statements)
-    assert len(found) == len(findings), found
-    for line, beginning in zip(found, findings, strict=True):
+    diagnostics = body(linted, statements)
+    assert len(diagnostics) == len(findings), diagnostics
+    for line, beginning in zip(diagnostics, findings, strict=True):
         assert line.startswith(beginning)
 
 

@@ -36,9 +36,9 @@ def function(variables: str, statements: str = "", before: str = "") -> str:
 def test_variables_of_a_function(
     linted: Linted, variables: str, statements: str, finding: str
 ) -> None:
-    found = linted(function(variables, statements))
-    assert len(found) == bool(finding)
-    assert not finding or found[0].startswith(finding)
+    diagnostics = linted(function(variables, statements))
+    assert len(diagnostics) == bool(finding)
+    assert not finding or diagnostics[0].startswith(finding)
 
 
 @pytest.mark.parametrize(

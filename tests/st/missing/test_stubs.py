@@ -92,7 +92,7 @@ def test_a_project_loads_and_checks_with_its_stubs() -> None:
         ("types.st", "FUNCTION LogText : DINT\nVAR_INPUT\n    Text : ANY;"),
     ],
 )
-def test_what_uses_tell(file: str, text: str) -> None:
+def test_stubs_have_what_uses_show(file: str, text: str) -> None:
     assert text in files_of(PROJECT)[file]
 
 

@@ -44,9 +44,9 @@ def _at(workspace: Workspace, folder: Path, code: str) -> tuple[WarmChecking, So
 def test_completions(
     workspace: Workspace, sample_folder: Path, code: str, names: list[str]
 ) -> None:
-    found = [one.name for one in completions(*_at(workspace, sample_folder, code))]
-    assert found[: len(names)] == names
-    assert bool(found) is bool(names)
+    names_ = [one.name for one in completions(*_at(workspace, sample_folder, code))]
+    assert names_[: len(names)] == names
+    assert bool(names_) is bool(names)
 
 
 @pytest.mark.parametrize(
@@ -67,8 +67,8 @@ def test_open_calls(
     workspace: Workspace, sample_folder: Path, code: str, expected: tuple[str, int, str] | None
 ) -> None:
     call = open_call(*_at(workspace, sample_folder, code))
-    found = None if call is None else (call.signature.name, call.number, call.parameter)
-    assert found == expected
+    call_ = None if call is None else (call.signature.name, call.number, call.parameter)
+    assert call_ == expected
 
 
 def test_routines_by_place(workspace: Workspace, sample_folder: Path) -> None:

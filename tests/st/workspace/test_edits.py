@@ -27,15 +27,15 @@ END_FUNCTION
     new=st.sampled_from(("", "k := n;\n", "  (* a *)\n;", "IF TRUE THEN n := 1; END_IF", ":=")),
 )
 def test_kept_trees_become_those_of_the_new_text(old: str, new: str) -> None:
-    kept, fresh = parse(Source(TEXT)), parse(Source(TEXT.replace(old, new)))
-    edit = body_edit(kept, fresh)
+    tree, fresh = parse(Source(TEXT)), parse(Source(TEXT.replace(old, new)))
+    edit = body_edit(tree, fresh)
     assert edit is not None
     changed = edit.make()
     assert [one.name for one in changed] == [{"k": "M", "n": "FB_X", "F": "F"}[old[0]]]
     again = parse(Source(TEXT.replace(old, new)))
-    assert kept.units == again.units
-    assert _places(kept.units) == _places(again.units)
-    assert kept.source.text == again.source.text
+    assert tree.units == again.units
+    assert _places(tree.units) == _places(again.units)
+    assert tree.source.text == again.source.text
 
 
 def _places(tree: object) -> list[object]:
@@ -52,10 +52,10 @@ def test_other_declarations_are_no_edit_of_bodies() -> None:
 
 
 def test_findings_follow_or_are_inside() -> None:
-    kept = parse(Source(TEXT))
-    finding = kept.source.fault(TEXT.index("F := 3"), "wrong", Code.BAD_LITERAL)
-    inside = kept.source.fault(TEXT.index("n := 2"), "gone", Code.BAD_LITERAL)
-    edit = body_edit(kept, parse(Source(TEXT.replace("n := 2;", "\nq;"))))
+    tree = parse(Source(TEXT))
+    finding = tree.source.fault(TEXT.index("F := 3"), "wrong", Code.BAD_LITERAL)
+    inside = tree.source.fault(TEXT.index("n := 2"), "gone", Code.BAD_LITERAL)
+    edit = body_edit(tree, parse(Source(TEXT.replace("n := 2;", "\nq;"))))
     assert edit is not None
     edit.make()
     moved = edit.follow(finding)

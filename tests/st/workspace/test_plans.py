@@ -11,7 +11,7 @@ from tests.st.workspace.sample import FILES, cold_findings, write_project
 
 
 @pytest.mark.parametrize(
-    ("name", "old", "new", "again", "kept"),
+    ("name", "old", "new", "again", "kept_keys"),
     [
         ("Functions.st", "a, b : DINT", "b, a : DINT", set(), {"fb_spare.check"}),
         ("GVLs/GVL.TcGVL", "nCount : DINT", "nCount : INT", {"main"}, set()),
@@ -38,7 +38,7 @@ def test_an_edit_checks_what_has_a_changed_name(
     old: str,
     new: str,
     again: set[str],
-    kept: set[str],
+    kept_keys: set[str],
 ) -> None:
     workspace = Workspace(write_project(tmp_path))
     plans: list[RoutinePlan] = []
@@ -55,7 +55,7 @@ def test_an_edit_checks_what_has_a_changed_name(
     assert workspace.edit(tmp_path / name, text.encode()) is Extent.DECLARATIONS
     (plan,) = plans
     assert {one.key for one in plan.again} == again
-    assert {one.key for one in plan.kept} >= kept
+    assert {one.key for one in plan.kept} >= kept_keys
     assert workspace.findings == cold_findings(tmp_path, {tmp_path / name: text})
 
 

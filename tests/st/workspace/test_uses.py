@@ -32,12 +32,12 @@ _NO_CODE = re.compile(r"//[^\n]*|\(\*.*?\*\)")
 def test_each_name_of_the_sources_has_a_meaning(workspace: Workspace) -> None:
     assert workspace.checking is not None
     for parsed in workspace.sources:
-        text = _NO_CODE.sub(lambda found: " " * len(found[0]), parsed.source.text)
+        text = _NO_CODE.sub(lambda match: " " * len(match[0]), parsed.source.text)
         starts = {use.at for use in uses_in(workspace.checking, parsed.source)}
         names = [
-            found[0]
-            for found in _IDENTIFIER.finditer(text)
-            if found.start() not in starts and found[0].upper() not in KEYWORDS | _NOT_DECLARED
+            match[0]
+            for match in _IDENTIFIER.finditer(text)
+            if match.start() not in starts and match[0].upper() not in KEYWORDS | _NOT_DECLARED
         ]
         assert names == []
 
@@ -47,7 +47,7 @@ def test_uses_lead_to_the_declaration(workspace: Workspace, sample_folder: Path)
     source = workspace.source_of(sample_folder / "POUs" / "MAIN.TcPOU")
     assert checking is not None
     assert source is not None
-    found = {
+    targets = {
         (source.text[use.at : use.end], use.symbol.container, use.symbol.kind)
         for use in uses_in(checking, source)
         if not use.is_declaration
@@ -62,7 +62,7 @@ def test_uses_lead_to_the_declaration(workspace: Workspace, sample_folder: Path)
         ("cMost", "GVL", SymbolKind.CONSTANT),
         ("PT", "TON", SymbolKind.VARIABLE),
         ("DINT_TO_REAL", "", SymbolKind.BUILTIN),
-    } <= found
+    } <= targets
 
 
 def test_a_use_alone_is_that_among_all(workspace: Workspace) -> None:

@@ -425,7 +425,7 @@ def test_offsets_may_wait_for_a_master_position() -> None:
     assert (layer.next.slave_scaling, layer.next.master_scaling) == (3.0, 4.0)
 
 
-def test_correction_waits_for_its_place_and_tells_what_it_added() -> None:
+def test_correction_waits_for_its_place_and_reports_what_it_added() -> None:
     nc = build()
     axis = nc.axis(2)
     assert couple(nc, 11) == 0

@@ -75,7 +75,7 @@ def test_a_limit_that_is_just_kept_and_one_that_is_not(
     assert check_course(which, bit, less, nominal=True) == 0
 
 
-def test_acceleration_and_deceleration_are_told_apart() -> None:
+def test_acceleration_and_deceleration_are_distinguished() -> None:
     grows, shrinks = FAST.strongest()
     both = Bit.MAX_ACCELERATION | Bit.MAX_DECELERATION | Bit.DETAILED_ERROR_CODES
     assert check_course(FAST, both, FlyingSawLimits(1e9, grows, shrinks, 1e9)) == 0
