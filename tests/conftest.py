@@ -124,8 +124,8 @@ def witness() -> Callable[[str], None]:
 @pytest.hookimpl(trylast=True)
 def pytest_runtest_teardown(nextitem: pytest.Item | None) -> None:
     """At the end the certificates that this process made for tests are removed."""
-    if nextitem is None and (made := sys.modules.get("tests.transport.certificates")):
-        made.remove()
+    if nextitem is None and (certificates := sys.modules.get("tests.transport.certificates")):
+        certificates.remove()
 
 
 @pytest.fixture

@@ -21,7 +21,7 @@ def test_directed_modulo_starts_carry_their_direction_in_the_high_byte() -> None
     assert [(kind & 0xFF, kind >> 8) for kind in directed] == [(5, 1), (5, 2), (5, 3)]
 
 
-def test_jogs_tell_endless_ones_from_steps_and_leave_the_direction_open() -> None:
+def test_jogs_distinguish_endless_ones_from_steps_and_leave_the_direction_open() -> None:
     endless = {JogType.SLOW, JogType.FAST, JogType.RAPID}
     assert {kind for kind in JogType if kind & 0xF0 == 0x10} == endless
     assert not any(kind & 1 for kind in JogType)

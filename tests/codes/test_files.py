@@ -3,7 +3,7 @@
 from achse.codes import FileRefusal, FoeError
 
 
-def test_a_refusal_tells_code_and_reason() -> None:
+def test_a_refusal_reports_code_and_reason() -> None:
     assert str(FileRefusal(FoeError.NO_RIGHTS, "wrong password")) == (
         "0x800A no rights wrong password"
     )

@@ -81,10 +81,10 @@ class Editor:
         await self.adapter.handle(
             {"seq": self._seq, "type": "request", "command": command, "arguments": arguments}
         )
-        found = [one for one in self.messages if one.get("request_seq") == self._seq]
-        assert len(found) == 1
-        assert found[0]["command"] == command
-        return found[0]
+        answers = [one for one in self.messages if one.get("request_seq") == self._seq]
+        assert len(answers) == 1
+        assert answers[0]["command"] == command
+        return answers[0]
 
     async def event(self, name: str) -> Any:
         """The body of the next event of a name."""

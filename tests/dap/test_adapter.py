@@ -21,12 +21,12 @@ def test_a_session(project: Path, converse: Any) -> None:
         await editor.ask("launch", program=str(project), tcpPort=0)
         await editor.event("initialized")
         source = {"path": str(project)}
-        found = await editor.ask(
+        response = await editor.ask(
             "setBreakpoints",
             source=source,
             breakpoints=[{"line": BODY, "condition": "n = 3"}, {"line": 900}],
         )
-        first, second = found["breakpoints"]
+        first, second = response["breakpoints"]
         assert (first["verified"], first["line"]) == (True, BODY)
         assert not second["verified"]
         assert "no statement" in second["message"]
@@ -141,10 +141,10 @@ def test_stepping_into_a_library(project: Path, converse: Any) -> None:
         text = await editor.ask("source", source=source, sourceReference=source["sourceReference"])
         assert "FUNCTION_BLOCK TON" in text["content"]
         assert (await editor.ask("stackTrace"))["stackFrames"][0]["source"] == source
-        found = await editor.ask(
+        response = await editor.ask(
             "setBreakpoints", source=source, breakpoints=[{"line": frames[0]["line"]}]
         )
-        assert found["breakpoints"][0]["verified"]
+        assert response["breakpoints"][0]["verified"]
 
     converse(script)
 

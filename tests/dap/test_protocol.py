@@ -24,9 +24,11 @@ def test_messages_arrive_whole_whatever_the_pieces(
 ) -> None:
     data = b"".join(map(encode_frame, messages))
     reader = FrameReader()
-    found = [one for at in range(0, len(data), size) for one in reader.feed(data[at : at + size])]
+    received = [
+        one for at in range(0, len(data), size) for one in reader.feed(data[at : at + size])
+    ]
     # what UTF-8 cannot say is replaced
-    assert json.dumps(found, ensure_ascii=False).encode("utf-8", "replace") == json.dumps(
+    assert json.dumps(received, ensure_ascii=False).encode("utf-8", "replace") == json.dumps(
         messages, ensure_ascii=False
     ).encode("utf-8", "replace")
 

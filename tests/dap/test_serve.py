@@ -69,11 +69,11 @@ def test_tcp_serves_several_editors_and_drops_what_is_no_frame() -> None:
         reader, writer = await asyncio.open_connection(host, port)
         writer.write(request(1, "initialize") + request(2, "nothing"))
         frames = FrameReader()
-        found: list[Any] = []
-        while len(found) < 2:
-            found += frames.feed(await reader.read(1 << 16))
-        assert [one["success"] for one in found] == [True, False]
-        assert json.dumps(found[0]["body"])
+        messages: list[Any] = []
+        while len(messages) < 2:
+            messages += frames.feed(await reader.read(1 << 16))
+        assert [one["success"] for one in messages] == [True, False]
+        assert json.dumps(messages[0]["body"])
         writer.close()
         many = [await asyncio.open_connection(host, port) for _ in range(12)]
         await asyncio.sleep(0)

@@ -10,7 +10,7 @@ from achse.station import Station
 from achse.station.configuration.station_file import parse
 
 
-def test_a_station_of_its_own_begins_when_told(project: Path) -> None:
+def test_a_station_of_its_own_begins_on_request(project: Path) -> None:
     async def main() -> None:
         target = Target(
             {"program": str(project), "tcpPort": 0, "speed": 100, "libraries": []}, launch=True

@@ -111,8 +111,8 @@ class Block:
 
     @property
     def title(self) -> str:
-        found = re.search(r'title="([^"]+)"', self.options)
-        return found[1] if found else ""
+        match = re.search(r'title="([^"]+)"', self.options)
+        return match[1] if match else ""
 
     def commands(self) -> Iterator[tuple[str, list[str]]]:
         """Each command of a console block with the output expected of it."""
@@ -125,8 +125,8 @@ def blocks_of(text: str) -> list[Block]:
     """The fenced blocks of a Markdown page."""
     fence = re.compile(r"^```(\w*)([^\n]*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
     return [
-        Block(found[1], found[2], found[3], text.count("\n", 0, found.start()) + 1)
-        for found in fence.finditer(text)
+        Block(match[1], match[2], match[3], text.count("\n", 0, match.start()) + 1)
+        for match in fence.finditer(text)
     ]
 
 

@@ -42,9 +42,9 @@ NESTING = "tests/fuzz/test_nesting.py"
 
 elsewhere(
     "It asks no Modbus device of another computer that `[modbus]` does not name.",
-    "tests/devices/modbus/test_device.py::test_only_devices_that_are_named_are_asked",
+    "tests/devices/modbus/test_device.py::test_only_devices_that_are_named_are_queried",
     "tests/station/configuration/test_modbus.py::test_without_lines_this_computer_alone",
-    "tests/station/building/test_modbus.py::test_nobody_is_there_without_it",
+    "tests/station/building/test_modbus.py::test_without_it_no_device_is_there",
 )
 elsewhere(
     "The native code of units that `[[fmu]]` names has these rights too, and runs in processes of"
@@ -86,12 +86,12 @@ elsewhere(
 )
 elsewhere(
     "A client that came by Secure ADS speaks for its own NetId only, and never for the station's.",
-    f"{SECURE}::test_nobody_speaks_for_this_router_or_for_others",
+    f"{SECURE}::test_no_client_speaks_for_this_router_or_for_others",
 )
 elsewhere(
     "The other side of a route by Secure ADS does not get in by plain AMS/TCP where routes are"
     " needed.",
-    "tests/router/test_routes.py::test_a_secure_route_admits_nobody_by_plain_tcp",
+    "tests/router/test_routes.py::test_a_secure_route_admits_no_client_by_plain_tcp",
 )
 elsewhere(
     "By MQTT nobody has the rights of a route by Secure ADS.",
@@ -99,7 +99,7 @@ elsewhere(
 )
 elsewhere(
     "By MQTT nobody speaks for the station.",
-    f"{MQTT}::test_nobody_in_the_network_speaks_for_this_router",
+    f"{MQTT}::test_no_router_in_the_network_speaks_for_this_router",
 )
 elsewhere(
     "A certificate of the authority or a pre-shared key does not take a NetId whose route has the"
@@ -149,13 +149,13 @@ elsewhere(
 elsewhere(
     "At an address that other computers reach it does not start without `strict = true` or"
     " `let_everybody_in = true` in `[router]`.",
-    f"{NETWORK}::test_beyond_this_computer_a_station_listens_only_if_told_in_so_many_words",
+    f"{NETWORK}::test_beyond_this_computer_a_station_listens_only_with_an_explicit_key",
     "tests/station/routes/test_addresses.py::test_which_addresses_other_computers_reach",
 )
 elsewhere(
     "With `let_everybody_in` it says at the start what everybody may do.",
-    f"{NETWORK}::test_a_station_says_what_everybody_may",
-    "tests/cli/start/test_run.py::test_beyond_this_computer_it_listens_only_if_told_in_so_many_words",
+    f"{NETWORK}::test_a_station_reports_the_rights_of_every_client",
+    "tests/cli/start/test_run.py::test_beyond_this_computer_it_listens_only_with_an_explicit_option",
 )
 elsewhere(
     "Only programs on this computer get AMS ports of their own.",
@@ -183,7 +183,7 @@ elsewhere(
     f"{NETWORK}::test_who_may_change_routes",
     "tests/router/test_routes.py::test_senders_are_admitted_by_net_id_and_address",
     "tests/transport/uplinks/test_uplinks.py"
-    "::test_where_routes_are_required_a_stranger_is_told_how_to_get_one",
+    "::test_where_routes_are_required_a_stranger_learns_how_to_get_one",
 )
 elsewhere(
     "A route by host name lets in who comes from an address of that name, looked up again every"
@@ -195,7 +195,7 @@ elsewhere(
 elsewhere(
     "By a name that nobody knows, nobody gets in.",
     f"{NETWORK}::test_strict_lets_in_by_a_host_name_only_who_is_there",
-    "tests/transport/uplinks/test_host_names.py::test_an_unknown_name_is_told_and_lets_nobody_in",
+    "tests/transport/uplinks/test_host_names.py::test_an_unknown_name_is_reported_and_admits_no_client",
 )
 elsewhere(
     "A computer has one connection, and a second one closes the first.",
@@ -204,7 +204,7 @@ elsewhere(
 elsewhere(
     "From the far end of a one-way route requests are refused, in a station without `strict` too.",
     "tests/transport/uplinks/test_uplinks.py::test_requests_from_the_far_end_of_a_one_way_route_are_refused",
-    "tests/transport/uplinks/test_dialled.py::test_behind_a_one_way_route_nobody_asks_under_any_name",
+    "tests/transport/uplinks/test_dialled.py::test_behind_a_one_way_route_no_client_is_admitted_under_any_name",
     "tests/router/test_routes.py::test_a_one_way_route_refuses_also_before_its_host_is_known",
 )
 elsewhere(
@@ -272,7 +272,7 @@ elsewhere(
     f"{FOLDER}::test_what_leads_out_names_nothing",
     f"{FOLDER}::test_nor_does_a_search_or_another_place",
     f"{FOLDER}::test_any_bytes_stay_inside_or_are_refused",
-    "tests/devices/system/test_files.py::test_whatever_is_asked_stays_inside_and_is_answered",
+    "tests/devices/system/test_files.py::test_any_request_stays_inside_and_is_answered",
 )
 elsewhere(
     "A station does not start with a `root` that shows its configuration, `static_routes` or"
@@ -283,7 +283,7 @@ elsewhere(
     "Machine code is not loaded from a cache that others own or may write to.",
     "tests/native/backend/test_cache.py::test_a_folder_that_others_may_write_to_is_not_used",
     "tests/native/backend/test_cache.py::test_a_file_that_others_may_write_to_is_not_loaded",
-    "tests/native/backend/test_cache.py::test_what_belongs_to_somebody_else_is_not_loaded",
+    "tests/native/backend/test_cache.py::test_a_file_of_another_user_is_not_loaded",
 )
 elsewhere(
     "What a station writes is whole on the disk, the old or the new, when it is killed or the power"
@@ -297,7 +297,7 @@ elsewhere(
     "tests/server/test_limits.py::test_handles_of_one_client_and_of_all",
     "tests/server/test_limits.py::test_bytes_of_all_samples_of_all_clients",
     "tests/devices/test_station.py"
-    "::test_taps_of_many_addresses_have_a_limit_together_and_harm_nobody",
+    "::test_taps_of_many_addresses_have_a_limit_together_and_harm_no_client",
 )
 elsewhere(
     "No client ends the value handles of another one that is connected.",
@@ -313,7 +313,7 @@ elsewhere(
 elsewhere(
     "Bytes that are not AMS close the connection they come by, and no other.",
     f"{TCP}::test_garbage_closes_with_a_log_line_after_the_answers_before_it",
-    f"{TCP}::test_an_exception_over_one_frame_is_told_and_closes_nothing",
+    f"{TCP}::test_an_exception_over_one_frame_is_reported_and_closes_nothing",
 )
 elsewhere(
     "Text that nests too deep is refused with an error, wherever a parser reads it.",
@@ -330,7 +330,7 @@ elsewhere(
     "File services and host names are looked after beside the loop, so that a slow disk or network"
     " holds up nobody else.",
     "tests/devices/system/test_files.py::test_no_file_service_holds_the_loop",
-    "tests/transport/uplinks/test_host_names.py::test_a_look_up_that_hangs_holds_nobody_up",
+    "tests/transport/uplinks/test_host_names.py::test_a_look_up_that_hangs_delays_no_other",
 )
 elsewhere(
     "During a restart nobody takes the ports of the configuration.",
@@ -419,7 +419,7 @@ elsewhere(
     "Strangers behind a route that the station dialled may no more than that route, and nothing"
     " with `strict`.",
     "tests/transport/uplinks/test_dialled.py::test_strangers_behind_it_may_no_more_than_the_route",
-    "tests/transport/uplinks/test_dialled.py::test_a_strict_station_is_asked_by_nobody_without_a_route",
+    "tests/transport/uplinks/test_dialled.py::test_a_strict_station_admits_no_client_without_a_route",
 )
 elsewhere(
     "A stranger behind a router that has a route is refused (0x723), and others behind it are"
@@ -434,7 +434,7 @@ elsewhere(
 elsewhere(
     "A router forwards 4 MB of one client at a time, so that the requests of others are not kept"
     " waiting.",
-    f"{FORWARDING}::test_client_that_waits_for_little_is_forwarded_beside_one_that_asks_for_much",
+    f"{FORWARDING}::test_client_with_few_requests_is_forwarded_beside_one_with_many",
 )
 elsewhere(
     "A router has 512 requests of a computer at a target, however many connections it opens.",

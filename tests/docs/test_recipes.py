@@ -56,8 +56,8 @@ def _accepted(file: Path, *command: str) -> None:
     program = Path(sys.executable).with_name(command[0])
     if not program.exists():
         pytest.skip(f"{command[0]} is not installed; the extra `dev` has it")
-    told = subprocess.run([str(program), *command[1:], str(file)], capture_output=True, text=True)
-    assert told.returncode == 0, told.stdout + told.stderr
+    result = subprocess.run([str(program), *command[1:], str(file)], capture_output=True, text=True)
+    assert result.returncode == 0, result.stdout + result.stderr
 
 
 def test_linters_find_nothing_in_reports_of_findings(fences: Any, tmp_path: Path) -> None:

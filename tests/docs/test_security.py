@@ -48,12 +48,12 @@ PAGE = ROOT / "docs" / "explanation" / "security.md"
 def sentences(text: str) -> list[str]:
     """The sentences of the page, without headings and line ends; the introduction is none."""
     body = text[text.index("\n## ") :]
-    found = []
+    parts = []
     for block in re.split(r"\n\n|\n(?=- )", body):
         line = " ".join(block.split()).removeprefix("- ")
         if line and not line.startswith("#"):
-            found += re.split(r"(?<=\.) (?=[A-Z`])", line)
-    return found
+            parts += re.split(r"(?<=\.) (?=[A-Z`])", line)
+    return parts
 
 
 @functools.cache
@@ -289,7 +289,7 @@ async def test_who_listens_to_the_wire_reads_all() -> None:
 
 
 @proves("A search is answered to anybody, with NetId, name, version and operating system.")
-async def test_a_search_asks_for_no_password() -> None:
+async def test_a_search_requests_no_password() -> None:
     built = station(name="press", router={"strict": True, "net_id": "5.6.7.8.1.1"})
     async with built.running("127.0.0.1", 0, udp_port=0) as running:
         assert running.udp_port is not None
@@ -319,18 +319,18 @@ def test_where_drives_and_monitors_listen() -> None:
 def test_a_change_of_routes_is_on_the_disk_when_it_is_answered(
     tmp_path: Path, client_of: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    kept: list[int] = []
+    numbers: list[int] = []
     fsync = os.fsync
 
     def keep(number: int) -> None:
-        kept.append(number)
+        numbers.append(number)
         fsync(number)
 
     monkeypatch.setattr(os, "fsync", keep)
     built = station(tmp_path, router={"static_routes": "r.xml", "routes_over_ads": True})
     route = Route(name="me", net_id=NetId("5.8.8.8.1.1"), host="10.0.0.8")
     client_of(built.router, 10_000).write(801, 0, RouteEntry.of(route).encode())
-    assert (len(kept), "10.0.0.8" in (tmp_path / "r.xml").read_text()) == (2, True)
+    assert (len(numbers), "10.0.0.8" in (tmp_path / "r.xml").read_text()) == (2, True)
 
 
 @proves(

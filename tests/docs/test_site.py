@@ -39,7 +39,7 @@ def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return out
 
 
-def test_it_is_whole_and_asks_no_other_host(site: Path) -> None:
+def test_it_is_whole_and_queries_no_other_host(site: Path) -> None:
     assert "A motion station you can pip-install" in (site / "index.html").read_text()
     assert (site / "search" / "search_index.json").stat().st_size > 100_000
     foreign = re.compile(r'<(?:script|link|img)[^>]*(?:src|href)="(?:https?:)?//')

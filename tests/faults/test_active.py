@@ -99,7 +99,7 @@ def test_equal_faults_give_equal_histories() -> None:
 
 
 @pytest.mark.parametrize(
-    ("fields", "told"),
+    ("fields", "message"),
     [
         ({"kind": "error", "symbol": "MAIN.nowhere", "code": 1}, "symbol: no device"),
         ({"kind": "error", "group": 1, "code": 1, "port": 99}, "port: expected one of"),
@@ -108,9 +108,9 @@ def test_equal_faults_give_equal_histories() -> None:
     ],
 )
 def test_what_this_station_cannot_do_is_refused(
-    station: Station, fields: dict[str, Any], told: str
+    station: Station, fields: dict[str, Any], message: str
 ) -> None:
-    with pytest.raises(FaultError, match=told):
+    with pytest.raises(FaultError, match=message):
         station.faults.add(fields.pop("kind"), **fields)
     assert len(station.faults) == 0
 
@@ -132,17 +132,17 @@ def test_faults_are_scripted_in_the_configuration(tmp_path: Path, client_of: Any
 
 
 @pytest.mark.parametrize(
-    ("text", "told"),
+    ("text", "message"),
     [
         ('kind = "melt"', r"fault\[1\]: kind: expected one of drop"),
         ('kind = "drop"\nat = "soon"', r"fault\[1\]\.at: expected a duration"),
         ('kind = "error"\ncode = 1\nsymbol = "X.y"', r"fault\[1\]\.symbol: no device"),
     ],
 )
-def test_a_wrong_script_names_file_and_key(tmp_path: Path, text: str, told: str) -> None:
+def test_a_wrong_script_names_file_and_key(tmp_path: Path, text: str, message: str) -> None:
     file = tmp_path / "station.toml"
     file.write_text(f"[[fault]]\n{text}\n")
-    with pytest.raises(ConfigError, match=told):
+    with pytest.raises(ConfigError, match=message):
         Station.load(file)
 
 

@@ -206,11 +206,11 @@ def _wrong() -> Iterator[tuple[dict[str, Any], str]]:
     yield {"kind": "jam", "lasting": float("nan")}, "lasting: expected 0"
 
 
-@pytest.mark.parametrize(("fields", "told"), list(_wrong()))
-def test_a_fault_that_cannot_be_is_told(bus: Any, fields: dict[str, Any], told: str) -> None:
+@pytest.mark.parametrize(("fields", "message"), list(_wrong()))
+def test_a_fault_that_cannot_be_is_reported(bus: Any, fields: dict[str, Any], message: str) -> None:
     with pytest.raises(FaultError) as refusal:
         bus.faults.add(DRIVE_FAULTS.of(fields))
-    assert str(refusal.value).startswith(told)
+    assert str(refusal.value).startswith(message)
     assert len(bus.faults) == 0
 
 

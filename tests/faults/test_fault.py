@@ -12,7 +12,7 @@ from achse.station import Station
 
 
 @pytest.mark.parametrize(
-    ("fields", "told"),
+    ("fields", "message"),
     [
         ({"kind": "melt"}, "kind: expected one of drop, delay"),
         ({}, "kind: expected one of"),
@@ -31,10 +31,10 @@ from achse.station import Station
         ({"kind": "restart", "port": 851}, "port: restart takes nothing"),
     ],
 )
-def test_what_cannot_be_is_refused(fields: dict[str, Any], told: str) -> None:
+def test_what_cannot_be_is_refused(fields: dict[str, Any], message: str) -> None:
     with pytest.raises(FaultError) as refusal:
         STATION_FAULTS.of(fields)
-    assert str(refusal.value).startswith(told)
+    assert str(refusal.value).startswith(message)
 
 
 def test_fields_are_what_was_given() -> None:
@@ -86,15 +86,15 @@ def test_a_moment_has_a_unit_as_in_toml(text: str, seconds: float) -> None:
 
 
 @pytest.mark.parametrize(
-    ("text", "told"),
+    ("text", "message"),
     [
         ("soon", "lasting: expected seconds, or a text such as '2s', got 'soon'"),
         ("-1s", "lasting: expected 0..1000000000, got -1.0"),
         ("nan", "lasting: expected 0..1000000000, got nan"),
     ],
 )
-def test_a_moment_that_cannot_be_is_refused(text: str, told: str) -> None:
-    with pytest.raises(FaultError, match=re.escape(told)):
+def test_a_moment_that_cannot_be_is_refused(text: str, message: str) -> None:
+    with pytest.raises(FaultError, match=re.escape(message)):
         STATION_FAULTS.of({"kind": "drop", "lasting": text})
 
 

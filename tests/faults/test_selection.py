@@ -76,7 +76,7 @@ def test_a_variable_is_selected_whichever_way_it_is_read(
     assert client.numbers == [2]
 
 
-def test_a_variable_that_nobody_has_is_told(station: Station) -> None:
+def test_an_unknown_variable_is_reported(station: Station) -> None:
     with pytest.raises(FaultError, match=r"symbol: no device of the station has 'X\.y'"):
         station.faults.add("drop", symbol="X.y")
     with pytest.raises(FaultError, match="port: expected one of the station's devices, got 9"):
@@ -93,6 +93,6 @@ def test_samples_are_selected_by_client_and_port(station: Station, client_of: An
     assert (len(first.samples()), len(second.samples())) == (0, 5)
 
 
-def test_codes_and_places_are_told_in_words() -> None:
+def test_codes_and_places_are_reported_in_words() -> None:
     fault = STATION_FAULTS.of({"kind": "error", "code": 0x4221, "group": 0x4020, "offset": 8})
     assert str(fault) == "error group=0x4020 offset=0x8 code=0x4221 (SET_VELOCITY_NOT_ALLOWED)"

@@ -46,8 +46,8 @@ def test_compose_has_a_service_for_each_process_and_a_broker(tmp_path: Path) -> 
     two = yaml.safe_load(compose(plan_of(tmp_path, "stations_per_process = 2", "mqtt.local"), "a"))
     assert set(two["services"]) == {"press-1", "press-2"}
     assert "environment" not in two["services"]["press-1"]
-    kept = plan_of(tmp_path, template='[system]\npersistent_data = "{name}.json"\n')
-    assert yaml.safe_load(compose(kept, "a"))["services"]["press-1"]["volumes"] == [".:/fleet"]
+    plan = plan_of(tmp_path, template='[system]\npersistent_data = "{name}.json"\n')
+    assert yaml.safe_load(compose(plan, "a"))["services"]["press-1"]["volumes"] == [".:/fleet"]
 
 
 ASKED = ["achse", "ads", "state", "--port", "10000"]
@@ -55,7 +55,7 @@ ASKED = ["achse", "ads", "state", "--port", "10000"]
 
 
 @pytest.mark.parametrize(
-    ("template", "asked"),
+    ("template", "checked"),
     [
         ("", ASKED),
         ('[router]\nhost = "0.0.0.0"\nstrict = true\n', ASKED),
@@ -65,8 +65,8 @@ ASKED = ["achse", "ads", "state", "--port", "10000"]
         ('[router]\nlisten = "secure"\n', None),
     ],
 )
-def test_containers_ask_a_service_that_every_station_has(
-    tmp_path: Path, template: str, asked: list[str] | None
+def test_containers_query_a_service_that_every_station_has(
+    tmp_path: Path, template: str, checked: list[str] | None
 ) -> None:
     plan = plan_of(tmp_path, template=template)
     service = yaml.safe_load(compose(plan, "a"))["services"]["press-1"]
@@ -75,15 +75,15 @@ def test_containers_ask_a_service_that_every_station_has(
         for each in yaml.safe_load_all(kubernetes(plan, "a"))
         if each["kind"] == "StatefulSet"
     ]
-    if asked is None:
+    if checked is None:
         assert service["healthcheck"] == {"disable": True}
         assert "livenessProbe" not in pods[0]
     else:
-        assert service["healthcheck"]["test"] == ["CMD", *asked]
-        assert pods[0]["livenessProbe"]["exec"]["command"] == asked
+        assert service["healthcheck"]["test"] == ["CMD", *checked]
+        assert pods[0]["livenessProbe"]["exec"]["command"] == checked
 
 
-def test_the_image_asks_the_same() -> None:
+def test_the_image_queries_the_same() -> None:
     (line,) = (
         each
         for each in (ROOT / "Containerfile").read_text().splitlines()
@@ -108,15 +108,17 @@ def test_kubernetes_has_the_files_as_they_are(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("template", "told"),
+    ("template", "message"),
     [
         ('[system]\npersistent_data = "{name}.json"\n', "system.persistent_data"),
         ('[[plc]]\nsources = "plc"\n', "plc.sources"),
         ('[[table]]\nid = 1\nfile = "t.csv"\n', "table.file"),
     ],
 )
-def test_what_a_config_map_cannot_have_is_told(tmp_path: Path, template: str, told: str) -> None:
-    with pytest.raises(ConfigError, match=rf"station 1: {told}: a ConfigMap has"):
+def test_what_a_config_map_cannot_have_is_reported(
+    tmp_path: Path, template: str, message: str
+) -> None:
+    with pytest.raises(ConfigError, match=rf"station 1: {message}: a ConfigMap has"):
         kubernetes(plan_of(tmp_path, template=template), "achse")
 
 
@@ -152,8 +154,8 @@ def lint(*words: str) -> None:
     program = Path(sys.executable).with_name(words[0])
     if not program.exists():
         pytest.skip(f"{words[0]} is not installed; the extra `dev` has it")
-    told = subprocess.run([str(program), *words[1:]], capture_output=True, text=True)
-    assert told.returncode == 0, told.stdout + told.stderr
+    result = subprocess.run([str(program), *words[1:]], capture_output=True, text=True)
+    assert result.returncode == 0, result.stdout + result.stderr
 
 
 def test_linters_find_nothing(tmp_path: Path) -> None:
@@ -185,5 +187,5 @@ def test_the_image_is_built_where_a_builder_is() -> None:
     if subprocess.run([builder, "pull", "-q", base], capture_output=True).returncode:
         pytest.skip(f"{builder} cannot get {base} here: the image is not built")
     words = [builder, "build", "-q", "-f", str(ROOT / "Containerfile"), str(ROOT)]
-    told = subprocess.run(words, capture_output=True, text=True)
-    assert told.returncode == 0, told.stderr
+    result = subprocess.run(words, capture_output=True, text=True)
+    assert result.returncode == 0, result.stderr

@@ -21,8 +21,8 @@ def test_a_shortened_log_holds_the_last_lines_without_a_gap(
 ) -> None:
     """Whatever pieces the lines come in."""
     folder = tmp_path_factory.mktemp("log")
-    kept = int(longest * share)
-    file = LogFile(folder / "process-1.log", longest=longest, retained=kept)
+    limit = int(longest * share)
+    file = LogFile(folder / "process-1.log", longest=longest, retained=limit)
     whole = "".join(f"line {number}\n" for number in range(sum(cuts) // 7 + 1)).encode()
     at = 0
     for cut in cuts:
@@ -36,7 +36,7 @@ def test_a_shortened_log_holds_the_last_lines_without_a_gap(
         assert not before or before.endswith(b"\n")
         if before:
             last_line = len(before) - (before[:-1].rfind(b"\n") + 1)
-            assert len(content) + last_line > kept
+            assert len(content) + last_line > limit
     assert [each.name for each in folder.iterdir()] == ["process-1.log"]
 
 

@@ -19,7 +19,7 @@ async def carry(order: str, details: Mapping[str, Any]) -> Any:
     return [order, dict(details)]
 
 
-async def test_an_order_is_answered_and_a_refusal_told() -> None:
+async def test_an_order_is_answered_and_a_refusal_reported() -> None:
     port = OrderPort(KEY, carry)
     await port.open()
     try:

@@ -113,7 +113,7 @@ def test_processes(folder: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "told"),
+    ("old", "new", "message"),
     [
         ("count = 5", "count = 0", ":3: count: .*, got 0"),
         ("count = 5", "cuont = 5", "count: expected, but not there\n.*:3: cuont: .*'count'"),
@@ -136,8 +136,8 @@ def test_processes(folder: Path) -> None:
         ("count = 5", "count = 5\ncores = []", "cores: expected"),
     ],
 )
-def test_errors_have_lines(folder: Path, old: str, new: str, told: str) -> None:
-    with pytest.raises(ConfigError, match=rf"(?s){told}"):
+def test_errors_have_lines(folder: Path, old: str, new: str, message: str) -> None:
+    with pytest.raises(ConfigError, match=rf"(?s){message}"):
         plan_of(folder, FLEET.replace(old, new)).check()
 
 

@@ -24,28 +24,28 @@ def plan(tmp_path: Path) -> FleetPlan:
     return FleetPlan.load(tmp_path / "fleet.toml")
 
 
-async def test_stations_tell_that_they_are_ready_and_their_figures(plan: FleetPlan) -> None:
+async def test_stations_report_that_they_are_ready_and_their_figures(plan: FleetPlan) -> None:
     pytest.importorskip("aiomqtt")
-    told: list[dict[str, Any]] = []
+    reports: list[dict[str, Any]] = []
     stop = asyncio.Event()
 
-    def tell(what: dict[str, Any]) -> None:
-        told.append(what)
+    def report(what: dict[str, Any]) -> None:
+        reports.append(what)
         if what["event"] == "figures" and what["station"] == 3 and what["cycles"]:
             stop.set()
 
-    await serve(plan, [2, 3], stop, tell, every_s=0.01)
-    assert [each["station"] for each in told[:2]] == [2, 3]
-    assert {each["event"] for each in told[:2]} == {"ready"}
-    assert told[0]["address"] != told[1]["address"]
-    last = told[-1]
+    await serve(plan, [2, 3], stop, report, every_s=0.01)
+    assert [each["station"] for each in reports[:2]] == [2, 3]
+    assert {each["event"] for each in reports[:2]} == {"ready"}
+    assert reports[0]["address"] != reports[1]["address"]
+    last = reports[-1]
     assert (last["state"], last["axes"], last["errors"]) == ("RUN", 1, 0)
     assert (last["online"], last["partners"]) == (False, 0)
     assert last["computed_s"] > 0.0
     assert last["tick_s"] == 0.002
 
 
-async def test_a_station_that_cannot_be_is_told(plan: FleetPlan) -> None:
+async def test_a_station_that_cannot_be_is_reported(plan: FleetPlan) -> None:
     with pytest.raises(ConfigError, match="stations 1 … 3, not 4"):
         await serve(plan, [4], asyncio.Event(), print)
 
@@ -56,9 +56,9 @@ def test_memory_and_cores() -> None:
     assert not pin(None)
     assert not pin(9999)
     core = min(os.sched_getaffinity(0))
-    told = (
+    program = (
         "import os; from achse.fleet.worker import pin;"
         f"print(pin({core}), os.sched_getaffinity(0) == {{{core}}})"
     )
-    command = [sys.executable, "-c", told]
+    command = [sys.executable, "-c", program]
     assert subprocess.run(command, capture_output=True, text=True).stdout == "True True\n"

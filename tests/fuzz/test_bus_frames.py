@@ -183,10 +183,10 @@ def test_hostile_frames_never_escape_the_master(seed: int, many: Callable[[int],
     assert attack.master.traffic.waiting < 20
     attack.quiet()
     slave = attack.master.slaves[1]
-    asked = attack.master.upload(slave, 0x1018, 1)
-    while not asked.is_done:
+    transfer = attack.master.upload(slave, 0x1018, 1)
+    while not transfer.is_done:
         attack.cycle(0)
-    assert asked.result() == VENDOR.to_bytes(4, "little")
+    assert transfer.result() == VENDOR.to_bytes(4, "little")
 
 
 def test_a_scan_under_attack_ends(many: Callable[[int], int]) -> None:

@@ -36,8 +36,8 @@ def _datagrams(seed: int) -> Iterator[bytes]:
     assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
-    found: Iterator[bytes] = module.datagrams(seed)
-    return found
+    datagrams: Iterator[bytes] = module.datagrams(seed)
+    return datagrams
 
 
 class _Answers(asyncio.DatagramTransport):

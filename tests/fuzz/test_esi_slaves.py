@@ -88,7 +88,7 @@ def test_mailboxes_bear_any_message(many: Callable[[int], int]) -> None:
     line.bring_to(AlState.OP)
 
 
-def test_a_written_eeprom_is_told_by_a_scan(many: Callable[[int], int]) -> None:
+def test_a_written_eeprom_is_reported_by_a_scan(many: Callable[[int], int]) -> None:
     dice = Random(4)
     for _ in range(many(2)):
         line = Line()
@@ -119,11 +119,11 @@ def changed(text: str, dice: Random) -> str:
     """A file with other numbers, and with elements that are missing or there hundreds of times."""
     for _ in range(dice.randrange(1, 5)):
         if dice.randrange(5) < 3:
-            found, parts = dice.choice(list(NUMBERS.finditer(text))), dice.choice(HOSTILE)
+            match, parts = dice.choice(list(NUMBERS.finditer(text))), dice.choice(HOSTILE)
         else:
-            found = dice.choice(list(ELEMENTS.finditer(text)))
-            parts = found.group() * dice.choice((0, 2, 3, 40, 300))
-        text = text[: found.start()] + parts + text[found.end() :]
+            match = dice.choice(list(ELEMENTS.finditer(text)))
+            parts = match.group() * dice.choice((0, 2, 3, 40, 300))
+        text = text[: match.start()] + parts + text[match.end() :]
     return text
 
 

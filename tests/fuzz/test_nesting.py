@@ -178,7 +178,7 @@ def test_paths(text: str) -> None:
 def test_values(text: str) -> None:
     array = parse_type("ARRAY[0..1] OF ARRAY[0..1] OF DINT")
     for wanted in (DINT, array):
-        outcome(lambda given: parse_value(wanted, given), text, IecError)  # noqa: B023
+        outcome(lambda text: parse_value(wanted, text), text, IecError)  # noqa: B023
 
 
 toml = st.one_of(
@@ -226,7 +226,7 @@ def test_xml(text: str) -> None:
     outcome(lambda data: parse_xml(data, "a.xml"), text.encode(), DeclarationError)
     for tag in ("TcModuleClass", "PlcProjectInfo"):
         data = f"<{tag}>{text}</{tag}>".encode()
-        outcome(lambda given: read_symbol_file(given, "a.tmc"), data, DeclarationError)
+        outcome(lambda text: read_symbol_file(text, "a.tmc"), data, DeclarationError)
 
 
 @settings(max_examples=13)

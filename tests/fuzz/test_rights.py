@@ -56,7 +56,7 @@ DOCUMENT: dict[str, Any] = {
 }
 
 
-class Asked(NamedTuple):
+class RequestCase(NamedTuple):
     """A request, and what its sender needs."""
 
     port: int
@@ -107,7 +107,7 @@ def body(command: int, group: int, offset: int, length: int, data: bytes) -> byt
 COMMANDS = (Command.READ, Command.WRITE, Command.READ_WRITE, Command.ADD_NOTIFICATION)
 
 
-def one(port: int, row: RowFacts, by: random.Random) -> Asked:
+def one(port: int, row: RowFacts, by: random.Random) -> RequestCase:
     command = by.choice(COMMANDS)
     group = by.choice((row.index_group, row.last_index_group))
     offset = by.choice((row.index_offset, row.last_index_offset))
@@ -116,11 +116,13 @@ def one(port: int, row: RowFacts, by: random.Random) -> Asked:
     needs = needed(port, group, command)
     if group in SUMS and command in (Command.WRITE, Command.READ_WRITE):
         return a_sum(port, group, [], by)
-    told = f"{command.name} {row.name} at {port}"
-    return Asked(port, command, body(command, group, offset, size, data), needs, told)
+    text = f"{command.name} {row.name} at {port}"
+    return RequestCase(port, command, body(command, group, offset, size, data), needs, text)
 
 
-def a_sum(port: int, group: int, rows: list[tuple[int, RowFacts]], by: random.Random) -> Asked:
+def a_sum(
+    port: int, group: int, rows: list[tuple[int, RowFacts]], by: random.Random
+) -> RequestCase:
     """A sum of requests about some rows of one device: it needs what its parts need."""
     parts, needs, written = b"", NO_RIGHTS, b""
     for _, row in rows:
@@ -147,10 +149,12 @@ def a_sum(port: int, group: int, rows: list[tuple[int, RowFacts]], by: random.Ra
     elif not rows:
         needs = Right.WRITE if group == ReservedGroup.SUM_WRITE else Right.READ | Right.WRITE
     data = body(Command.READ_WRITE, group, len(rows), 4096, parts + written)
-    return Asked(port, Command.READ_WRITE, data, needs, f"0x{group:X} of {len(rows)} at {port}")
+    return RequestCase(
+        port, Command.READ_WRITE, data, needs, f"0x{group:X} of {len(rows)} at {port}"
+    )
 
 
-def others(port: int) -> Iterator[Asked]:
+def others(port: int) -> Iterator[RequestCase]:
     """Commands that are about no row."""
     for command, data, needs in (
         (Command.READ_DEVICE_INFO, b"", Right.READ),
@@ -159,7 +163,7 @@ def others(port: int) -> Iterator[Asked]:
         (Command.WRITE_CONTROL, struct.pack("<HHI", 5, 0, 0), Right.STATE),
         (77, bytes(16), ALL_RIGHTS),
     ):
-        yield Asked(port, command, data, needs, f"command {command} at {port}")
+        yield RequestCase(port, command, data, needs, f"command {command} at {port}")
 
 
 @cache
@@ -169,7 +173,7 @@ def rows_of_all() -> list[tuple[int, RowFacts]]:
     return [(each.address.port, row) for each in devices for row in each.services.describe()]
 
 
-def drawn(by: random.Random, count: int) -> Iterator[Asked]:
+def drawn(by: random.Random, count: int) -> Iterator[RequestCase]:
     rows = rows_of_all()
     ports = sorted({port for port, _ in rows})
     for port, row in by.sample(rows, min(count, len(rows))):
@@ -249,9 +253,9 @@ class Transports:
         self.router.routes.add(route)
         return route
 
-    def answer(self, transport: str, rights: Right, asked: Asked) -> int:
+    def answer(self, transport: str, rights: Right, request: RequestCase) -> int:
         """The AMS error that a client with these rights gets."""
-        frame = asked.frame(source(rights))
+        frame = request.frame(source(rights))
         if transport == "mqtt":
             self.published.clear()
             self._mqtt.received(frame.encode_tcp()[6:])
@@ -300,12 +304,12 @@ def test_rights_hold_for_every_row_by_every_transport(seed: int, transport: str)
     by = random.Random(seed)
     transports = Transports()
     transports.use(transport)
-    for asked in drawn(by, 400):
-        lacking = asked.needs & ~by.choice([each for each in Right if each & asked.needs])
-        for rights in (asked.needs, lacking, by.choice(EVERY_SELECTION)):
-            error = transports.answer(transport, rights, asked)
-            refused = bool(asked.needs & ~rights)
-            assert error == (0x723 if refused else 0), (transport, asked, rights)
+    for request in drawn(by, 400):
+        lacking = request.needs & ~by.choice([each for each in Right if each & request.needs])
+        for rights in (request.needs, lacking, by.choice(EVERY_SELECTION)):
+            error = transports.answer(transport, rights, request)
+            refused = bool(request.needs & ~rights)
+            assert error == (0x723 if refused else 0), (transport, request, rights)
 
 
 def test_every_row_once_with_one_right_too_few() -> None:
@@ -313,11 +317,13 @@ def test_every_row_once_with_one_right_too_few() -> None:
     transports.use("plain")
     for port, row in rows_of_all():
         for _ in range(3):
-            asked = one(port, row, by)
-            assert transports.answer("plain", asked.needs, asked) == 0, asked
+            request = one(port, row, by)
+            assert transports.answer("plain", request.needs, request) == 0, request
             for right in Right:
-                if right & asked.needs:
-                    assert transports.answer("plain", ALL_RIGHTS & ~right, asked) == 0x723, asked
+                if right & request.needs:
+                    assert transports.answer("plain", ALL_RIGHTS & ~right, request) == 0x723, (
+                        request
+                    )
 
 
 # a whole station -----------------------------------------------------------------------------
@@ -338,8 +344,8 @@ class Client:
         self.source = source(rights)
         self.net_id = bytes(station.router.net_id)
 
-    def send(self, asked: Asked) -> None:
-        frame = asked.frame(self.source)
+    def send(self, request: RequestCase) -> None:
+        frame = request.frame(self.source)
         frame.target = self.net_id + frame.target[6:]
         self.peer.receive(frame.encode_tcp())
         self.line.sent = b""
@@ -347,7 +353,7 @@ class Client:
 
 def values(station: Station, *, but: tuple[str, ...] = ()) -> dict[Any, Any]:
     """What every row of the station shows, counters of requests left out."""
-    found: dict[Any, Any] = {}
+    values: dict[Any, Any] = {}
     for device in station.devices:
         for row in device.services.describe():
             if not row.access & READ or row.name in ("clients", "statistics", "open file", *but):
@@ -357,10 +363,10 @@ def values(station: Station, *, but: tuple[str, ...] = ()) -> dict[Any, Any]:
                 (row.last_index_group, row.last_index_offset),
             ):
                 try:
-                    found[device.address.port, *place, row.name] = device.read(*place, 0xFFFF)
+                    values[device.address.port, *place, row.name] = device.read(*place, 0xFFFF)
                 except DeviceError as refusal:
-                    found[device.address.port, *place, row.name] = refusal.code
-    return found
+                    values[device.address.port, *place, row.name] = refusal.code
+    return values
 
 
 def whole(base: Path) -> Station:
@@ -387,7 +393,7 @@ def attack(station: Station, client: Client, by: random.Random) -> None:
             group = by.choice((row.index_group, row.last_index_group))
             offset = by.choice((row.index_offset, row.last_index_offset, by.randrange(1 << 18)))
             client.send(
-                Asked(port, command, body(command, group, offset, size, data), ALL_RIGHTS, "")
+                RequestCase(port, command, body(command, group, offset, size, data), ALL_RIGHTS, "")
             )
     for port in {port for port, _ in rows}:
         mine = [each for each in rows if each[0] == port]
@@ -395,11 +401,13 @@ def attack(station: Station, client: Client, by: random.Random) -> None:
             client.send(a_sum(port, group, by.choices(mine, k=20), by))
         for state in range(20):
             client.send(
-                Asked(port, Command.WRITE_CONTROL, struct.pack("<HHI", state, 0, 0), ALL_RIGHTS, "")
+                RequestCase(
+                    port, Command.WRITE_CONTROL, struct.pack("<HHI", state, 0, 0), ALL_RIGHTS, ""
+                )
             )
 
 
-def kept(station: Station, base: Path) -> list[Any]:
+def other_state(station: Station, base: Path) -> list[Any]:
     """What only other rights change: states, routes, faults, files."""
     states = {each.address.port: (each.ads_state, each.device_state) for each in station.devices}
     folder = base / "files"
@@ -413,16 +421,16 @@ def test_who_only_reads_changes_nothing(tmp_path_factory: Any, seed: int) -> Non
     base = tmp_path_factory.mktemp("reads")
     station = whole(base)
     client = Client(station, Right.READ)
-    before, kept_before = values(station), kept(station, base)
+    before, kept_before = values(station), other_state(station, base)
     attack(station, client, random.Random(seed))
     assert client.peer.connected
     assert station.router.denied > 2000
     client.peer.abort()
     after = values(station)
     assert {key: (before[key], after[key]) for key in before if before[key] != after[key]} == {}
-    assert kept(station, base) == kept_before
+    assert other_state(station, base) == kept_before
     station.advance(0.02)
-    assert kept(station, base) == kept_before
+    assert other_state(station, base) == kept_before
 
 
 @pytest.mark.parametrize(
@@ -436,10 +444,10 @@ def test_who_writes_changes_no_states_routes_or_files(
     base = tmp_path_factory.mktemp("writes")
     station = whole(base)
     client = Client(station, rights)
-    before = kept(station, base)
+    before = other_state(station, base)
     attack(station, client, random.Random(seed))
     assert client.peer.connected
     assert station.router.denied > 300
-    assert kept(station, base) == before
+    assert other_state(station, base) == before
     station.advance(0.02)
-    assert kept(station, base) == before
+    assert other_state(station, base) == before

@@ -130,7 +130,7 @@ async def test_target_that_refuses_is_registered_at_with_a_password() -> None:
         ({"user": "Administrator", "password": "2"}, "wrong user 'Administrator' or password"),
     ],
 )
-async def test_target_that_refuses_is_told_about(
+async def test_refusal_of_the_target_is_reported(
     keys: dict[str, str], advice: str, caplog: pytest.LogCaptureFixture
 ) -> None:
     users = {"Administrator": str(hash_password("1"))}
@@ -181,8 +181,8 @@ async def test_symbol_handles_survive_a_restart_of_the_target_on_request(
             port = target.tcp_port
             keys = {"resubscribe": key, "net_id": NET_ID, "keep_alive": "0.05s"}
             clients = [{"resubscribe": True, **rule} for rule in rules]
-            made = gateway(target_at(target, **keys), client=clients)
-            router = await stack.enter_async_context(made.running("127.0.0.1", 0, udp_port=0))
+            gateway_ = gateway(target_at(target, **keys), client=clients)
+            router = await stack.enter_async_context(gateway_.running("127.0.0.1", 0, udp_port=0))
             where = f"127.0.0.1:{router.network.listener.port}"
             client = await stack.enter_async_context(
                 achse.connect(where, net_id=NET_ID, port=851, reconnect=False, watch_symbols=False)

@@ -16,7 +16,7 @@ from tests.gateway.stations import NET_ID, OWN, gateway, running_target, target_
 USERS = {"Administrator": str(hash_password("1"))}
 
 
-async def test_target_that_answers_nothing_is_told(tmp_path: Path) -> None:
+async def test_target_that_answers_nothing_is_reported(tmp_path: Path) -> None:
     target = TargetConfig(host="127.0.0.1", udp_port=9, timeout="1ms", user="a")  # type: ignore[arg-type]
     identity = StationIdentity(SecureConfig(), tmp_path, "linux")
     with pytest.raises(RegistrationError, match=r"no route added: .* answers nothing"):

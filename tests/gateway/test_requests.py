@@ -36,13 +36,13 @@ async def test_state_is_read_and_silence_ends() -> None:
 async def test_answer_that_comes_late_is_dropped() -> None:
     router = Router(NetId("5.7.7.7.1.1"))
     requests = OwnRequests(router)
-    asked: list[Frame] = []
+    frames: list[Frame] = []
 
     class Late:
         def deliver(self, frame: Frame) -> bool:
-            asked.append(frame)
+            frames.append(frame)
             return True
 
     router.add_route(TARGET.net_id, Late())
     assert await requests.read_state(TARGET, 0.0) is None
-    assert router.deliver(asked[0].reply(b"\0\0\0\0\5\0\0\0"))
+    assert router.deliver(frames[0].reply(b"\0\0\0\0\5\0\0\0"))

@@ -10,10 +10,10 @@ from tests.gateway.stations import NET_ID, OWN, gateway, running_target, target_
 
 
 @pytest.mark.parametrize("rights", [["read"], ["read", "write", "state", "files", "methods"]])
-async def test_tap_shows_what_programs_ask_of_targets(rights: list[str]) -> None:
+async def test_tap_shows_requests_of_programs_to_targets(rights: list[str]) -> None:
     async with running_target() as target:
-        made = gateway(target_at(target, net_id=NET_ID), router={"rights": rights})
-        async with made.running("127.0.0.1", 0, udp_port=0) as router:
+        gateway_ = gateway(target_at(target, net_id=NET_ID), router={"rights": rights})
+        async with gateway_.running("127.0.0.1", 0, udp_port=0) as router:
             where = f"127.0.0.1:{router.network.listener.port}"
             source = "10.0.0.1.1.1:3"
             async with achse.connect(

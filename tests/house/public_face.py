@@ -48,8 +48,8 @@ def _section(annotation: Any) -> type[BaseModel] | None:
     """The table that a key holds, or a list of such."""
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
         return annotation
-    found = (_section(part) for part in get_args(annotation))
-    return next((section for section in found if section is not None), None)
+    sections = (_section(part) for part in get_args(annotation))
+    return next((section for section in sections if section is not None), None)
 
 
 def _keys(section: type[BaseModel], path: str) -> Iterator[str]:

@@ -61,12 +61,12 @@ _READS = {
 
 
 def test_nothing_that_goes_on_looks_at_the_time_of_day(parsed: dict[Path, Module]) -> None:
-    found = {
+    modules = {
         path.as_posix()
         for path, module in parsed.items()
         if not _READS.isdisjoint(module.attributes) or not _READS.isdisjoint(module.imported)
     }
-    assert found == MAY.keys()
+    assert modules == MAY.keys()
 
 
 def test_the_keep_alive_of_mqtt_goes_by_a_clock_that_does_not_jump() -> None:

@@ -53,24 +53,24 @@ def test_files_are_short(texts: Texts, tracked: list[Path]) -> None:
 def test_no_line_holds_a_promise_or_a_machine(
     texts: Texts, tracked: list[Path], pattern: re.Pattern[str], suffixes: set[str] | None
 ) -> None:
-    found = [
+    lines = [
         f"{path}:{number}: {line.strip()}"
         for path in tracked
         if (suffixes is None or path.suffix in suffixes) and pattern.search(texts[path])
         for number, line in enumerate(texts[path].splitlines(), 1)
         if pattern.search(line)
     ]
-    assert not found, "\n".join(found)
+    assert not lines, "\n".join(lines)
 
 
 def test_only_what_people_import_from_has_a_list_of_its_names(parsed: dict[Path, Module]) -> None:
     rooms = {Path("src", *room.split(".")).with_suffix(".py") for room in ROOMS}
-    found = [
+    modules = [
         str(path)
         for path, module in parsed.items()
         if module.exported and path.name != "__init__.py" and path not in rooms
     ]
-    assert not found, "__all__ stands in packages"
+    assert not modules, "__all__ stands in packages"
 
 
 def test_packages_offer_what_they_define(parsed: dict[Path, Module]) -> None:

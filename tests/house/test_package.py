@@ -91,7 +91,7 @@ def test_licences_of_all_that_is_installed_are_free() -> None:
 
 def _needed() -> dict[str, Distribution]:
     """What `achse[all]` brings, as far as it is here."""
-    found: dict[str, Distribution] = {}
+    distributions: dict[str, Distribution] = {}
     open_ones = [Requirement("achse[all]")]
     seen: set[tuple[str, frozenset[str]]] = set()
     while open_ones:
@@ -102,15 +102,15 @@ def _needed() -> dict[str, Distribution]:
             continue
         seen.add(key)
         try:
-            found[name] = distribution(name)
+            distributions[name] = distribution(name)
         except PackageNotFoundError:
             continue
-        for text in found[name].requires or ():
+        for text in distributions[name].requires or ():
             needed = Requirement(text)
             wanted = ({"extra": extra} for extra in (*requirement.extras, ""))
             if needed.marker is None or any(needed.marker.evaluate(each) for each in wanted):
                 open_ones.append(needed)
-    return found
+    return distributions
 
 
 def _licence(installed: Distribution) -> str:
@@ -134,8 +134,8 @@ def test_the_lock_file_has_a_version_for_each_requirement(root: Path) -> None:
             versions.setdefault(canonicalize_name(name), []).append(version)
     for text in wanted:
         needed = Requirement(text)
-        found = versions.get(canonicalize_name(needed.name), [])
-        assert any(needed.specifier.contains(one) for one in found), (text, found)
+        entries = versions.get(canonicalize_name(needed.name), [])
+        assert any(needed.specifier.contains(one) for one in entries), (text, entries)
 
 
 TOP = """

@@ -34,8 +34,8 @@ def test_a_class_name_means_one_thing(parsed: dict[Path, Module]) -> None:
     for path, module in parsed.items():
         for name in module.classes:
             places[name].append(str(path))
-    shared = {name: found for name, found in places.items() if len(found) > 1}
-    new = {name: found for name, found in shared.items() if name not in TWICE}
+    shared = {name: paths for name, paths in places.items() if len(paths) > 1}
+    new = {name: paths for name, paths in shared.items() if name not in TWICE}
     assert not new, f"rename the less central one to the field's word: {new}"
     gone = TWICE.keys() - shared.keys()
     assert not gone, f"no longer shared, take them out of the exceptions: {gone}"
@@ -193,21 +193,21 @@ def test_texts_are_in_plain_english(
     strings = {path: module.strings for path, module in parsed.items()} | {
         path: _paragraphs(texts[path]) for path in tracked if path.suffix == ".md"
     }
-    found = defaultdict(list)
+    places = defaultdict(list)
     for path in strings.keys() - {WORDS}:
         lines = "\n".join(" ".join(text.split()) for text in strings[path])
         for instead, phrase in PHRASES.items():
             for hit in phrase.finditer(lines):
                 around = lines[max(0, hit.start() - 30) : hit.end() + 30].replace("\n", " ")
-                found[_room(path)].append(f"{path}: …{around}… (write: {instead})")
+                places[_room(path)].append(f"{path}: …{around}… (write: {instead})")
     more = [
         line
-        for room, lines in found.items()
+        for room, lines in places.items()
         if len(lines) > ROOMS_TO_MEND.get(room, 0)
         for line in lines
     ]
     assert not more, "\n".join(more)
-    mended = ROOMS_TO_MEND.keys() - found.keys()
+    mended = ROOMS_TO_MEND.keys() - places.keys()
     assert not mended, f"nothing left there, take them out of ROOMS_TO_MEND: {mended}"
 
 
@@ -293,14 +293,14 @@ def test_retired_words_of_classes_do_not_come_back(parsed: dict[Path, Module]) -
 
 
 def test_public_functions_have_the_verbs_of_the_field(parsed: dict[Path, Module]) -> None:
-    found = [
+    names = [
         f"{path}:{function.line}: {function.name} (write: {VERBS[function.name]})"
         for path, module in parsed.items()
         for function in module.functions
         if function.name in VERBS
         and (function.name != "part" or function.parameters < 2)  # a part of something is a noun
     ]
-    assert not found, "\n".join(found)
+    assert not names, "\n".join(names)
 
 
 def test_retired_words_do_not_come_back(parsed: dict[Path, Module]) -> None:

@@ -88,10 +88,10 @@ def test_workers_report_what_one_process_reports(tmp_path: Path) -> None:
     assert forked.count("number 4") == alone.count("number 4")
     # Session fixtures are made and ended once in each worker.
     lines = (tmp_path / "log").read_text(encoding="utf-8").splitlines()
-    made = [line.split()[1] for line in lines if line.startswith("made")]
+    tests = [line.split()[1] for line in lines if line.startswith("made")]
     ended = [line.split()[1] for line in lines if line.startswith("ended")]
-    assert sorted(made) == sorted(ended)
-    assert len(set(made)) == len(made) <= 2
+    assert sorted(tests) == sorted(ended)
+    assert len(set(tests)) == len(tests) <= 2
 
 
 def test_lost_worker_fails_its_test_only(tmp_path: Path) -> None:

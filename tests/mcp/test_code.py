@@ -36,16 +36,16 @@ def test_a_unit_is_read_without_its_parts_and_a_part_alone(project: Path) -> Non
 def test_units_of_a_text_are_read_alone(tmp_path: Path) -> None:
     text = "FUNCTION F_A : INT\nF_A := 1;\nEND_FUNCTION\n\nFUNCTION F_B : INT\nEND_FUNCTION\n"
     (tmp_path / "all.st").write_text(text)
-    found = read_unit(Workspace(tmp_path), ProjectFolder(tmp_path), "F_A", 1000)
-    assert found.text == "FUNCTION F_A : INT\nF_A := 1;\nEND_FUNCTION"
+    unit = read_unit(Workspace(tmp_path), ProjectFolder(tmp_path), "F_A", 1000)
+    assert unit.text == "FUNCTION F_A : INT\nF_A := 1;\nEND_FUNCTION"
     assert read_unit(Workspace(tmp_path), ProjectFolder(tmp_path), "F_B", 1000).line == 5
 
 
 def test_symbols_are_found_by_a_piece_of_their_name(project: Path) -> None:
-    found = find_symbols(Workspace(project), ProjectFolder(project), "DRIVE", 3)
-    assert found.symbols[0].name == "FB_Drive"
-    assert len(found.symbols) == 3
-    assert found.left_out > 0
+    result = find_symbols(Workspace(project), ProjectFolder(project), "DRIVE", 3)
+    assert result.symbols[0].name == "FB_Drive"
+    assert len(result.symbols) == 3
+    assert result.left_out > 0
 
 
 def test_an_edit_changes_code_alone(project: Path) -> None:

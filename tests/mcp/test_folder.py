@@ -26,11 +26,11 @@ def test_any_path_is_inside_or_refused(
         (folder / "link").symlink_to(folder.parent)
     project = ProjectFolder(folder)
     try:
-        found = project.path(sign.join(parts))
+        path = project.path(sign.join(parts))
     except FolderError:
         return
-    assert found.is_relative_to(folder.resolve())
-    assert found.exists()
+    assert path.is_relative_to(folder.resolve())
+    assert path.exists()
 
 
 @pytest.mark.parametrize(
@@ -66,12 +66,12 @@ def test_a_confined_station_has_no_network_and_keeps_nothing(folder: Path) -> No
         "route": [{"name": "other", "net_id": "5.1.2.4.1.1", "host": "10.0.0.1"}],
         "plc": [{"sources": "press", "budget": 1_000_000_000}],
     }
-    found = ProjectFolder(folder).confined(parse(document, "station.toml"), folder)
-    assert found.route == ()
-    assert found.router.static_routes is None
-    assert str(found.router.net_id) == "5.1.2.3.1.1"
-    assert (found.system.programs, found.system.persistent_data) == ((), None)
-    assert found.plc[0].budget == 5_000_000
+    config = ProjectFolder(folder).confined(parse(document, "station.toml"), folder)
+    assert config.route == ()
+    assert config.router.static_routes is None
+    assert str(config.router.net_id) == "5.1.2.3.1.1"
+    assert (config.system.programs, config.system.persistent_data) == ((), None)
+    assert config.plc[0].budget == 5_000_000
 
 
 def test_a_source_that_is_a_link_to_elsewhere_is_refused(folder: Path) -> None:

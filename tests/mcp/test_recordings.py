@@ -44,16 +44,16 @@ def test_a_table_has_the_samples_and_their_extremes(values: list[float], most: i
 def test_equal_recordings_alone_are_equal(values: list[float], other: list[float]) -> None:
     one, two = _recording(values), _recording(other)
     assert compared(one, one, (), 0.0).equal
-    found = compared(one, two, (), 0.0)
+    comparison = compared(one, two, (), 0.0)
     same = len(values) == len(other) and all(
         a == b or (a != a and b != b) for a, b in zip(values, other, strict=False)
     )
-    assert found.equal == same
-    found.model_validate_json(found.model_dump_json())
+    assert comparison.equal == same
+    comparison.model_validate_json(comparison.model_dump_json())
 
 
 def test_channels_that_one_recording_lacks_are_named() -> None:
-    found = compared(_recording([1.0], "a"), _recording([1.0], "b"), (), 0.0)
-    assert (found.only_a, found.only_b, found.equal) == (["a"], ["b"], False)
+    comparison = compared(_recording([1.0], "a"), _recording([1.0], "b"), (), 0.0)
+    assert (comparison.only_a, comparison.only_b, comparison.equal) == (["a"], ["b"], False)
     with pytest.raises(RecordingError, match="there are a"):
         table_of("r1", _recording([1.0], "a"), ["b"], 0, 1, 1)

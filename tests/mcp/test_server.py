@@ -276,7 +276,7 @@ def _calls(draw: st.DrawFn) -> tuple[str, dict[str, Any]]:
     suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None, max_examples=10
 )
 @given(calls=st.lists(_calls(), min_size=20, max_size=40))
-def test_whatever_is_asked_the_answer_is_a_result_or_a_reason(
+def test_the_answer_to_any_request_is_a_result_or_a_reason(
     folder: Path, calls: list[tuple[str, dict[str, Any]]]
 ) -> None:
     async def script(agent: Agent) -> None:

@@ -48,9 +48,9 @@ def test_tests_without_an_end_are_cancelled(folder: Path) -> None:
 
 def test_a_code_is_explained_and_a_wrong_one_gets_a_hint(folder: Path) -> None:
     async def script(agent: Agent) -> None:
-        found = await agent.call("explain", code=" st3001 ")
-        assert found["wrong"]
-        assert found["right"]
+        explanation = await agent.call("explain", code=" st3001 ")
+        assert explanation["wrong"]
+        assert explanation["right"]
         with pytest.raises(ToolRefused, match="like ST4101"):
             await agent.call("explain", code="ST")
 

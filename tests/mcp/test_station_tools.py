@@ -125,7 +125,7 @@ def test_a_fault_is_injected_listed_and_cleared(folder: Path) -> None:
     in_session(folder, script)
 
 
-def test_a_run_tells_its_progress_and_is_cancelled_between_slices(folder: Path) -> None:
+def test_a_run_reports_its_progress_and_is_cancelled_between_slices(folder: Path) -> None:
     async def script(agent: Agent) -> None:
         station = (await agent.call("open_station", project="machine.toml"))["station"]
         seen: list[float] = []
@@ -171,8 +171,8 @@ def test_stations_in_use_are_not_closed_by_many_others(folder: Path) -> None:
         async def run() -> None:
             report = await agent.call("run", station=first, seconds=3.0)
             assert report["passed_s"] == pytest.approx(3.0)
-            found = await agent.call("read", station=first, names=["MAIN.nCount"])
-            assert found["values"] == {"MAIN.nCount": 300}
+            values = await agent.call("read", station=first, names=["MAIN.nCount"])
+            assert values["values"] == {"MAIN.nCount": 300}
 
         async def another() -> None:
             handles.append((await agent.call("open_station", project="machine.st"))["station"])
@@ -190,9 +190,9 @@ def test_a_name_that_is_none_spoils_no_other(folder: Path) -> None:
     async def script(agent: Agent) -> None:
         station = (await agent.call("open_station", project="machine.toml"))["station"]
         names = ["²:x", "99999999:x", "-1:x", "0:x", ":", "", "MAIN.aValues[", "MAIN.nCount"]
-        found = await agent.call("read", station=station, names=names)
-        assert found["values"] == {"MAIN.nCount": 0}
-        assert list(found["errors"]) == names[:-1]
+        values = await agent.call("read", station=station, names=names)
+        assert values["values"] == {"MAIN.nCount": 0}
+        assert list(values["errors"]) == names[:-1]
 
     in_session(folder, script)
 

@@ -128,13 +128,13 @@ def test_types_that_are_learned_later_serve_what_is_watched_already(
     assert sample == "sample MAIN.nCounter = 1"
 
 
-def test_a_handle_asked_for_with_its_type_is_typed(decoder: Decoder, traffic: Any) -> None:
+def test_a_handle_requested_with_its_type_is_typed(decoder: Decoder, traffic: Any) -> None:
     answer = traffic.plc.exchange(0xF003, 0, 100, b"GVL.nInt\0")
     traffic.plc.read(0xF005, int.from_bytes(answer[:4], "little"), 2)
     assert texts(decoder, traffic)[1] == "read GVL.nInt = -16"
 
 
-def test_after_an_online_change_nothing_old_is_told(decoder: Decoder, traffic: Any) -> None:
+def test_after_an_online_change_nothing_old_is_reported(decoder: Decoder, traffic: Any) -> None:
     traffic.plc.read(0xF008, 0, 1)
     traffic.plc.exchange(0xF009, 0, 200, b"GVL.nInt\0")
     nint = struct.unpack("<III", traffic.plc.exchange(0xF007, 0, 12, b"GVL.nInt\0"))
@@ -182,7 +182,7 @@ def test_commands_without_a_place(decoder: Decoder, traffic: Any) -> None:
     ]
 
 
-def test_what_is_never_answered_is_told(decoder: Decoder, traffic: Any) -> None:
+def test_what_is_never_answered_is_reported(decoder: Decoder, traffic: Any) -> None:
     traffic.station.faults.add("drop", side="request")
     with pytest.raises(IndexError):
         traffic.plc.read(0x4020, 0, 4)

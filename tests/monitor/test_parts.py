@@ -45,8 +45,8 @@ def test_a_request_without_a_place_has_no_parts() -> None:
 
 def test_outcomes_of_a_sum_of_extended_reads() -> None:
     parts = [ReadRequest(1, 2, 4), ReadRequest(3, 4, 8)]
-    asked = ReadWriteRequest(0xF083, 2, 100, b"".join(part.encode() for part in parts))
-    frame = request(Command.READ_WRITE, asked.encode())
+    request_data = ReadWriteRequest(0xF083, 2, 100, b"".join(part.encode() for part in parts))
+    frame = request(Command.READ_WRITE, request_data.encode())
     assert parts_of(frame) == parts
     data = struct.pack("<4I", 0, 4, 0x710, 0) + b"abcd"
     answer = frame.reply(struct.pack("<II", 0, len(data)) + data)
@@ -72,8 +72,8 @@ def test_a_sum_that_ends_inside_a_part_is_an_error() -> None:
 def test_whatever_comes_only_ads_errors_leave(
     command: int, group: int, count: int, data: bytes
 ) -> None:
-    asked = ReadWriteRequest(group, count, 10, data).encode() if command == 9 else data
-    frame = Frame(A, B, command, 4, 0, 1, asked)
+    request_data = ReadWriteRequest(group, count, 10, data).encode() if command == 9 else data
+    frame = Frame(A, B, command, 4, 0, 1, request_data)
     try:
         parts = parts_of(frame)
         outcomes_of(frame, parts, frame.reply(data))

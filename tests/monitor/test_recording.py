@@ -43,7 +43,7 @@ def test_equal_sessions_do_not_differ_whatever_their_handles(
     assert list(differences(one, two)) == []
 
 
-def test_what_differs_is_told(make_traffic: Callable[[], Any], refused: Any) -> None:
+def test_what_differs_is_reported(make_traffic: Callable[[], Any], refused: Any) -> None:
     first, second = make_traffic(), make_traffic()
     one = session(first)
     second.nc.read(0x4001, 0x02, 31)
@@ -57,19 +57,19 @@ def test_what_differs_is_told(make_traffic: Callable[[], Any], refused: Any) -> 
     ]
 
 
-def test_types_that_one_client_asked_for_serve_both_recordings_from_their_start(
+def test_types_that_one_client_requested_serve_both_recordings_from_their_start(
     make_traffic: Callable[[], Any],
 ) -> None:
     first, second = make_traffic(), make_traffic()
     one = session(first)
     typed = session(second)
     second.plc.exchange(0xF009, 0, 200, b"GVL.nInt\0")
-    told = second.captures()
+    captures = second.captures()
     rows = rows_of(first.station.devices)
-    assert list(differences(one, Recording([*typed.captures, *told]), rows)) == [
+    assert list(differences(one, Recording([*typed.captures, *captures]), rows)) == [
         "+ 851 ask symbol entry by name GVL.nInt: INT"
     ]
-    two = Recording([*session(second, value=7).captures, *told])
+    two = Recording([*session(second, value=7).captures, *captures])
     assert "! 851 read GVL.nInt: -16 → 7" in list(differences(one, two, rows))
 
 
@@ -79,8 +79,8 @@ def test_errors_differ_from_values(make_traffic: Callable[[], Any], refused: Any
     one.plc.read(0x4020, 0, 2)
     with refused(0x705):
         two.plc.read(0x4020, 0, 2)
-    found = list(differences(Recording(one.captures()), Recording(two.captures())))
-    assert found == ["! 851 read 0x4020:0x0: 00 00 → error 0x705"]
+    lines = list(differences(Recording(one.captures()), Recording(two.captures())))
+    assert lines == ["! 851 read 0x4020:0x0: 00 00 → error 0x705"]
 
 
 def test_an_empty_capture_is_an_empty_recording() -> None:

@@ -64,7 +64,7 @@ def test_samples_come_when_they_came(replay: Replay, clock: ManualClock, client_
     assert got == [0, 0, 1, 2, 3, 3]  # recorded 1, 2, 3 and 4 ms after the subscription
 
 
-def test_what_was_never_asked_is_told_once(
+def test_what_was_never_requested_is_reported_once(
     replay: Replay, client_of: Any, refused: Any, caplog: pytest.LogCaptureFixture
 ) -> None:
     plc = client_of(replay.router, 851)
@@ -95,11 +95,11 @@ def test_pyads_meets_the_recorded_target(witness: Callable[[str], None]) -> None
     def use(host: str, net_id: str) -> list[Any]:
         with pyads.Connection(net_id, 851, host) as plc:
             plc.set_timeout(3_600_000)
-            found = [plc.read_device_info()[0], plc.read_state()]
+            answers = [plc.read_device_info()[0], plc.read_state()]
             plc.write_by_name("GVL.nInt", 7, pyads.PLCTYPE_INT)
-            found.append(plc.read_by_name("GVL.nInt"))
-            found.append(plc.read_list_by_name(["GVL.nUint", "GVL.fReal"]))
-            return found
+            answers.append(plc.read_by_name("GVL.nInt"))
+            answers.append(plc.read_list_by_name(["GVL.nUint", "GVL.fReal"]))
+            return answers
 
     with LiveStation() as station:
         taps = Taps(station.station.router, station.station.clock)

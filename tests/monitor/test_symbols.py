@@ -93,7 +93,7 @@ def test_an_address_is_a_symbol_or_the_part_of_one(
     assert known.at(GROUP + 1, offset, length) == ""
 
 
-def test_a_part_that_was_asked_for_by_itself_hides_nothing(known: KnownSymbols) -> None:
+def test_a_part_that_was_requested_by_itself_hides_nothing(known: KnownSymbols) -> None:
     assert known.at(GROUP, 126, 2) == "GVL.stPair.aY[2,3]"
     known.learn_symbol(SymbolEntry.of("GVL.stPair.fX", LREAL, GROUP, 104))
     known.learn_symbol(SymbolEntry.of("GVL.stPair.aY[1,0]", INT, GROUP, 112))
@@ -102,7 +102,7 @@ def test_a_part_that_was_asked_for_by_itself_hides_nothing(known: KnownSymbols) 
 
 
 @given(st.lists(st.integers(1, len(TABLE)), max_size=6), st.booleans())
-def test_a_table_in_pieces_of_any_size_tells_the_same(cuts: list[int], disturbed: bool) -> None:
+def test_a_table_in_pieces_of_any_size_reports_the_same(cuts: list[int], disturbed: bool) -> None:
     known = KnownSymbols()
     known.learn_table(CLIENT, 0xF00E, 0, TYPES)
     edges = [0, *sorted(set(cuts)), len(TABLE)]
@@ -174,11 +174,11 @@ def test_with_another_version_all_is_forgotten_but_not_with_the_first(known: Kno
     ),
     st.binary(max_size=60),
 )
-def test_whatever_a_target_tells_nothing_is_raised(
-    told: list[tuple[int, int, bytes]], data: bytes
+def test_whatever_a_target_reports_nothing_is_raised(
+    reports: list[tuple[int, int, bytes]], data: bytes
 ) -> None:
     known = KnownSymbols()
-    for group, offset, table in told:
+    for group, offset, table in reports:
         known.learn_table(CLIENT, group, offset, table)
     known.learn_handle("x", data)
     known.learn_place("y", data)

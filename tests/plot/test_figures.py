@@ -80,8 +80,8 @@ def test_a_cam_with_and_without_what_it_demands() -> None:
     position, velocity, acceleration = curves(cam(rows, [(9.0, demand), (1.0, demand)]))
     assert position == [[1.0, 1.0], [0.0, 10.0, 0.0]]
     assert (velocity, acceleration) == ([[2.0, 2.0]], [[3.0, 3.0]])
-    for wrong, told in (([], "no row"), ([(1.0,)], "a master and a slave")):
-        with pytest.raises(PictureError, match=told):
+    for wrong, message in (([], "no row"), ([(1.0,)], "a master and a slave")):
+        with pytest.raises(PictureError, match=message):
             cam(wrong)
 
 

@@ -58,17 +58,17 @@ class Relay:
 
     def _pass(self, source: socket.socket, sink: socket.socket, sign: str) -> None:
         with contextlib.suppress(OSError):
-            held = b""
+            buffer = b""
             while select.select([source], [], []):
                 with self._passed:  # read and passed on in one: see `_is_quiet`
                     data = source.recv(65_536)
                     if not data:
                         break
-                    held += data
-                    while len(held) >= 6 and len(held) >= (size := 6 + length_of(held)):
-                        self._note(held[:size], sign)
-                        sink.sendall(held[:size])
-                        held = held[size:]
+                    buffer += data
+                    while len(buffer) >= 6 and len(buffer) >= (size := 6 + length_of(buffer)):
+                        self._note(buffer[:size], sign)
+                        sink.sendall(buffer[:size])
+                        buffer = buffer[size:]
                     self._passed.notify_all()
             sink.shutdown(socket.SHUT_WR)
 
@@ -269,6 +269,6 @@ RECORDERS: dict[str, Callable[[], Any]] = {
 
 
 if __name__ == "__main__":
-    found = RECORDERS[sys.argv[1]]()
-    Path(sys.argv[2]).write_text("\n".join(found) + "\n", encoding="utf-8")
-    print(f"{len(found)} lines")
+    lines = RECORDERS[sys.argv[1]]()
+    Path(sys.argv[2]).write_text("\n".join(lines) + "\n", encoding="utf-8")
+    print(f"{len(lines)} lines")

@@ -39,7 +39,7 @@ class Incoming:
 
     def __init__(self, reader: asyncio.StreamReader) -> None:
         self._reader = reader
-        self._held: dict[bool, deque[str]] = {False: deque(), True: deque()}
+        self._buffered: dict[bool, deque[str]] = {False: deque(), True: deque()}
 
     @staticmethod
     def is_sample(packet: str) -> bool:
@@ -49,11 +49,11 @@ class Incoming:
     async def like(self, expected: str) -> str:
         """The next packet of the same sort as `expected`."""
         wanted = self.is_sample(expected)
-        while not self._held[wanted]:
+        while not self._buffered[wanted]:
             head = await self._reader.readexactly(6)
             packet = (head + await self._reader.readexactly(length_of(head))).hex()
-            self._held[self.is_sample(packet)].append(packet)
-        return self._held[wanted].popleft()
+            self._buffered[self.is_sample(packet)].append(packet)
+        return self._buffered[wanted].popleft()
 
 
 def length_of(head: bytes) -> int:

@@ -31,7 +31,7 @@ KNOWN = {"index.md", "how-to/a.md", "how-to/b.md", "examples/drives/README.md", 
 
 
 @pytest.mark.parametrize(
-    ("text", "uri", "found"),
+    ("text", "uri", "target"),
     [
         ("[b](b.md)", "how-to/a.md", "[b](b.md)"),
         ("[b](b.md#part)", "how-to/a.md", "[b](b.md#part)"),
@@ -45,8 +45,8 @@ KNOWN = {"index.md", "how-to/a.md", "how-to/b.md", "examples/drives/README.md", 
         ("<!-- picture: other -->", "how-to/a.md", "![other](../pictures/other.svg)"),
     ],
 )
-def test_links_lead_to_pages_of_the_site(text: str, uri: str, found: str) -> None:
-    assert relinked(text, uri, KNOWN) == found
+def test_links_lead_to_pages_of_the_site(text: str, uri: str, target: str) -> None:
+    assert relinked(text, uri, KNOWN) == target
 
 
 def test_a_moving_picture_has_a_still_one_beside_it() -> None:

@@ -30,9 +30,9 @@ def cast_of(lines: list[tuple[float, str]]) -> str:
 
 @given(st.lists(st.tuples(st.floats(0, 30), TEXT), min_size=1, max_size=60))
 def test_lines_of_a_cast_keep_order_and_pauses_are_bounded(lines: list[tuple[float, str]]) -> None:
-    found = lines_of(cast_of(sorted(lines)))
-    assert [line.text for line in found] == [text for _, text in sorted(lines)]
-    moments = [0.0, *(line.moment for line in found)]
+    shown_lines = lines_of(cast_of(sorted(lines)))
+    assert [line.text for line in shown_lines] == [text for _, text in sorted(lines)]
+    moments = [0.0, *(line.moment for line in shown_lines)]
     for before, after in pairwise(moments):
         assert 0.0 <= after - before <= LONGEST_PAUSE_S + 1e-9
 
@@ -52,8 +52,10 @@ def test_pictures_show_the_lines_as_they_are(texts: list[str], positions: list[f
     ):
         inner = ET.fromstring(drawn).find(f"{SVG}svg/{SVG}g")
         assert inner is not None
-        found = [each.text or "" for each in inner]
-        assert [each[: COLUMNS - 1] for each in found] == [each[: COLUMNS - 1] for each in shown]
+        drawn_texts = [each.text or "" for each in inner]
+        assert [each[: COLUMNS - 1] for each in drawn_texts] == [
+            each[: COLUMNS - 1] for each in shown
+        ]
 
 
 def test_the_axis_travels_as_commanded() -> None:

@@ -32,17 +32,17 @@ def scenario(tmp_path: Path) -> Path:
 
 
 def test_in_this_process(scenario: Path) -> None:
-    told: list[tuple[int, int]] = []
-    found = achse.sweep(
-        scenario, GAINS, seeds=5, workers=0, progress=lambda *each: told.append(each)
+    reports: list[tuple[int, int]] = []
+    sweep = achse.sweep(
+        scenario, GAINS, seeds=5, workers=0, progress=lambda *each: reports.append(each)
     )
-    assert isinstance(found, Sweep)
-    assert [row["run"] for row in found.rows] == list(range(15))
-    assert found.rows[1]["gain"] == 1.0
-    assert found.rows[6]["value"] == 2 * found.rows[1]["value"]
-    assert (told[0], told[-1]) == ((0, 15), (15, 15))
-    assert found.failed == []
-    assert 0 < found.efficiency <= 1
+    assert isinstance(sweep, Sweep)
+    assert [row["run"] for row in sweep.rows] == list(range(15))
+    assert sweep.rows[1]["gain"] == 1.0
+    assert sweep.rows[6]["value"] == 2 * sweep.rows[1]["value"]
+    assert (reports[0], reports[-1]) == ((0, 15), (15, 15))
+    assert sweep.failed == []
+    assert 0 < sweep.efficiency <= 1
 
 
 def test_a_sweep_that_was_interrupted_goes_on(scenario: Path, tmp_path: Path) -> None:
@@ -62,25 +62,25 @@ def test_a_sweep_that_was_interrupted_goes_on(scenario: Path, tmp_path: Path) ->
         achse.sweep(scenario, GAINS, progress=stop, **settings)
     assert not file.exists()
     ran.clear()
-    found = achse.sweep(scenario, GAINS, progress=lambda done, _all: ran.append(done), **settings)
+    sweep = achse.sweep(scenario, GAINS, progress=lambda done, _all: ran.append(done), **settings)
     assert ran[0] >= 7
     assert file.exists()
     whole = achse.sweep(scenario, GAINS, seeds=5, workers=0)
-    assert found.digest == whole.digest
+    assert sweep.digest == whole.digest
 
 
 def test_a_worker_that_dies_loses_nothing(scenario: Path, tmp_path: Path) -> None:
     alone = achse.sweep(scenario, GAINS, seeds=8, workers=0)
     (tmp_path / "died").unlink()
     (tmp_path / "die").touch()
-    found = achse.sweep(scenario, GAINS, seeds=8, workers=2, file=tmp_path / "found.parquet")
+    sweep = achse.sweep(scenario, GAINS, seeds=8, workers=2, file=tmp_path / "found.parquet")
     assert (tmp_path / "died").exists()
-    assert [row["run"] for row in found.rows] == list(range(24))
-    assert found.digest == alone.digest
+    assert [row["run"] for row in sweep.rows] == list(range(24))
+    assert sweep.digest == alone.digest
     assert len(list(tmp_path.glob("*.pid"))) >= 3  # this process, and workers
 
 
-def test_what_cannot_be_is_told(scenario: Path, tmp_path: Path) -> None:
+def test_what_cannot_be_is_reported(scenario: Path, tmp_path: Path) -> None:
     with pytest.raises(SweepError, match="workers are 0 or more"):
         achse.sweep(scenario, GAINS, workers=-1)
     with pytest.raises(FileNotFoundError):

@@ -22,7 +22,7 @@ def test_parameters_as_text(text: str, parameter: SweepParameter) -> None:
 
 
 @pytest.mark.parametrize(
-    ("text", "told"),
+    ("text", "message"),
     [
         ("kv", "name=from:to:count"),
         ("=1", "name=from:to:count"),
@@ -33,8 +33,8 @@ def test_parameters_as_text(text: str, parameter: SweepParameter) -> None:
         ("kv=1:inf:3", "finite"),
     ],
 )
-def test_parameters_that_cannot_be(text: str, told: str) -> None:
-    with pytest.raises(SweepError, match=told):
+def test_parameters_that_cannot_be(text: str, message: str) -> None:
+    with pytest.raises(SweepError, match=message):
         SweepParameter.parse(text)
 
 

@@ -46,7 +46,7 @@ def test_rows_have_parameters_results_and_errors(file: Path) -> None:
     ]
 
 
-def test_results_that_cannot_be_are_told(file: Path) -> None:
+def test_results_that_cannot_be_are_reported(file: Path) -> None:
     rows = play(Scenario.load(file, "bad"), list(SweepPlan(seeds=3)))
     assert [row["error"].partition(":")[0] for row in rows] == [
         "SweepError",
@@ -142,14 +142,14 @@ def test_ctrl_c_ends_a_sweep_in_this_process(tmp_path: Path) -> None:
 
 def test_files_that_are_no_scenario(tmp_path: Path) -> None:
     file = tmp_path / "x.py"
-    for source, told in (
+    for source, message in (
         ("x = 1", "has no function run"),
         ("def run(", "SyntaxError"),
         ("1 / 0", "ZeroDivisionError"),
         ("import sys; sys.exit(3)", "SystemExit"),
     ):
         file.write_text(source)
-        with pytest.raises(SweepError, match=told):
+        with pytest.raises(SweepError, match=message):
             Scenario.load(file)
     file.write_bytes(b"# \xff")
     with pytest.raises(SweepError, match="in UTF-8"):

@@ -85,9 +85,9 @@ def test_what_is_kept_is_what_was_found(results: list[dict[str, Any]], cut: int)
             store.add(rows[:cut])
             store.add(rows[cut:])
         with SweepStore(file, SCENARIO, PLAN) as again:
-            kept = again.begin()
-            again.finish(kept)
-        assert digest_of(kept) == digest_of(rows)
+            run = again.begin()
+            again.finish(run)
+        assert digest_of(run) == digest_of(rows)
         assert parquet.read_table(file).num_rows == len(rows)
 
 

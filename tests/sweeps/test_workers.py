@@ -67,21 +67,26 @@ def scenario(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 def test_runs_that_kill_hang_or_leave_cost_their_own_rows_only(scenario: Path) -> None:
     ways = ["goes", "dies", "leaves", "loops", "sleeps"]
-    told: list[tuple[int, int]] = []
-    found = achse.sweep(
-        scenario, {"how": ways}, seeds=3, workers=2, longest=2.0, progress=lambda *p: told.append(p)
+    reports: list[tuple[int, int]] = []
+    sweep = achse.sweep(
+        scenario,
+        {"how": ways},
+        seeds=3,
+        workers=2,
+        longest=2.0,
+        progress=lambda *p: reports.append(p),
     )
-    assert [row["run"] for row in found.rows] == list(range(15))
-    errors = {str(row["how"]): str(row["error"]).partition(":")[0] for row in found.failed}
+    assert [row["run"] for row in sweep.rows] == list(range(15))
+    errors = {str(row["how"]): str(row["error"]).partition(":")[0] for row in sweep.failed}
     assert errors == {
         "dies": "WorkerDied",
         "leaves": "SystemExit",
         "loops": "RunTooLong",
         "sleeps": "WorkerDied",
     }
-    assert {row["seed"] for row in found.failed} == {1}
-    assert told[-1] == (15, 15)
-    assert os.getpid() not in {row.get("pid") for row in found.rows}
+    assert {row["seed"] for row in sweep.failed} == {1}
+    assert reports[-1] == (15, 15)
+    assert os.getpid() not in {row.get("pid") for row in sweep.rows}
 
 
 def test_rows_are_not_lost_where_a_cluster_does_not_end_in_order(
@@ -98,13 +103,13 @@ def test_rows_are_not_lost_where_a_cluster_does_not_end_in_order(
             raise AssertionError("can only join a started process")
 
     monkeypatch.setattr(cluster, "_correct_state_internal", end_workers_then_fail)
-    found = achse.sweep(scenario, {"how": ["goes"]}, seeds=3, workers=2)
-    assert [row["error"] for row in found.rows] == [""] * 3
+    sweep = achse.sweep(scenario, {"how": ["goes"]}, seeds=3, workers=2)
+    assert [row["error"] for row in sweep.rows] == [""] * 3
     assert "did not end its cluster in order" in caplog.text
     assert failed[0].status.name == failed[0].scheduler.status.name == "closed"
 
 
-def test_a_scheduler_that_is_not_there_is_told(
+def test_a_scheduler_that_is_not_there_is_reported(
     scenario: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("achse.sweeps.workers._SOMEBODY_WITHIN", 0.2)
@@ -150,6 +155,6 @@ def test_ctrl_c_ends_workers_too_and_the_sweep_goes_on_later(tmp_path: Path) -> 
     out, err = running.communicate()
     assert (running.returncode, out, err) == (130, b"", b"")  # the pipes are closed by all of them
     slow.unlink()
-    found = achse.sweep(scenario, seeds=22, workers=0, file=parts.with_suffix(""))
-    assert found.digest == achse.sweep(scenario, seeds=22, workers=0).digest
+    sweep = achse.sweep(scenario, seeds=22, workers=0, file=parts.with_suffix(""))
+    assert sweep.digest == achse.sweep(scenario, seeds=22, workers=0).digest
     assert not parts.exists()
