@@ -1,6 +1,8 @@
 """A loop in a thread."""
 
 import asyncio
+import os
+import sys
 import threading
 
 import pytest
@@ -29,4 +31,21 @@ def test_errors_come_back() -> None:
     loop = LoopThread()
     with pytest.raises(KeyError):
         loop.run(broken())
+    loop.stop()
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no fork")
+def test_loop_in_a_forked_process_is_refused_instead_of_waiting_forever() -> None:
+    loop = LoopThread()
+    process = os.fork()
+    if process == 0:
+        try:
+            loop.run(_name())
+        except RuntimeError as error:
+            loop.stop()
+            os._exit(7 if "after a fork" in str(error) and not loop.is_running else 1)
+        finally:
+            os._exit(1)
+    assert os.waitstatus_to_exitcode(os.waitpid(process, 0)[1]) == 7
+    assert loop.run(_name()) == "achse client"
     loop.stop()

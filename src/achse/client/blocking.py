@@ -59,8 +59,11 @@ class Subscription(ContextWrapper[subscription.Subscription]):
         return self._loop.run(self._next(timeout))
 
     async def _next(self, seconds: float | None) -> Sample | None:
-        async with asyncio.timeout(seconds):
-            return await anext(self._inner, None)
+        try:
+            async with asyncio.timeout(seconds):
+                return await anext(self._inner, None)
+        except TimeoutError:
+            raise TimeoutError(f"no sample within {seconds:g} s") from None
 
 
 def _target(loop: LoopThread, inner: target.Target) -> "Target":
@@ -131,7 +134,7 @@ class Client(Target):
     def close(self) -> None:
         """Give everything back and end connection and thread. Again is not an error."""
         try:
-            if not self._client.session.closed:
+            if self._loop.is_running and not self._client.session.closed:
                 self._loop.run(self._client.close())
         finally:
             self._loop.stop()

@@ -10,6 +10,8 @@ import pytest
 from achse.ams import AmsAddress, ConnectionLost, Frame, RequestTimeout
 from achse.client import blocking
 from achse.client.session.session import Backoff, Session
+from achse.client.session.subscription import Subscription
+from achse.client.target import Target
 
 Run = Callable[[Any], Any]
 PLC = AmsAddress("5.4.3.2.1.1:851")
@@ -357,3 +359,27 @@ def test_where_no_client_listens_it_says_what_to_do() -> None:
         free = server.getsockname()[1]
     with pytest.raises(ConnectionLost, match="start a station with `achse run --detach`"):
         blocking.connect(f"127.0.0.1:{free}").__enter__()
+
+
+def test_session_of_another_event_loop_is_refused(run: Run, peer: Any) -> None:
+    async def set_up() -> tuple[Target, Subscription]:
+        target = Target(await opened(peer, keep_alive=None), PLC, 5.0, {})
+        samples = await target.subscribe_as(0x4020, 0, 4).__aenter__()
+        await anext(samples)
+        return target, samples
+
+    target, samples = run(set_up())
+
+    async def elsewhere() -> None:
+        for job in (
+            target.state(),
+            target.read("MAIN.nCounter"),
+            target.read_many(["MAIN.nCounter"]),
+            target.subscribe_as(0x4020, 0, 4).__aenter__(),
+            anext(samples),
+        ):
+            with pytest.raises(RuntimeError, match="another event loop"):
+                await job
+
+    asyncio.run(elsewhere())
+    run(target.session.close())

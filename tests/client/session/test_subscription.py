@@ -256,3 +256,12 @@ def test_a_queue_without_room_is_refused(run: Run, peer: Any) -> None:
                 subscription(target, 0, depth=0)
 
     run(main())
+
+
+def test_subscription_that_is_not_set_up_cannot_be_iterated(run: Run, peer: Any) -> None:
+    async def main() -> None:
+        async with target_of(peer) as target:
+            with pytest.raises(RuntimeError, match=r"not set up: `async with target\.subscribe"):
+                await anext(subscription(target, 0))
+
+    run(main())

@@ -34,6 +34,11 @@ log = logging.getLogger("achse.client")
 NOBODY_LISTENS = "; start a station with `achse run --detach`, or name another host and port"
 """Advice for a connection that is refused."""
 
+_OTHER_LOOP = (
+    "this client belongs to another event loop: connect in the loop that uses it"
+    " (each asyncio.run makes a new one); achse.blocking serves several threads"
+)
+
 _NOT_FOUND = (
     ReturnCode.TARGET_PORT_NOT_FOUND.number,
     ReturnCode.TARGET_MACHINE_NOT_FOUND.number,
@@ -226,6 +231,12 @@ class Session:
         """The link, None while there is none."""
         return self._link
 
+    def check_loop(self) -> None:
+        """Raise RuntimeError in another event loop than that of the session: a wait for an
+        answer would never end there."""
+        if asyncio.get_running_loop() is not self._loop:
+            raise RuntimeError(_OTHER_LOOP)
+
     def spawn(self, job: Coroutine[Any, Any, None]) -> "asyncio.Task[None]":
         """Run `job` as part of the session: it is cancelled when the session ends."""
         task = self._loop.create_task(job)
@@ -309,6 +320,8 @@ class Session:
         `look` sees the response at once, before any frame behind it. Raises `RouterError` for an
         error in the AMS header, `RequestTimeout`, `ConnectionLost`.
         """
+        if asyncio.get_running_loop() is not self._loop:
+            raise RuntimeError(_OTHER_LOOP)
         deadline = self._loop.time() + time_limit
         link = self._ready
         if link is None:

@@ -149,6 +149,7 @@ class Subscription(ClosedByBlock):
         self._handles: list[tuple[bytes, int]] = []
         self._renewal: asyncio.Task[None] | None = None
         self._reader: asyncio.Future[None] | None = None
+        self._is_entered = False
         self._is_closed = False
         self._error: AdsError | None = None
 
@@ -165,6 +166,7 @@ class Subscription(ClosedByBlock):
     # set-up ----------------------------------------------------------------------------------
 
     async def __aenter__(self) -> Self:
+        self._is_entered = True
         self._session.keep(self)
         try:
             await self._arm()
@@ -318,6 +320,12 @@ class Subscription(ClosedByBlock):
                 raise self._error
             if self._is_closed:
                 raise StopAsyncIteration
+            if not self._is_entered:
+                raise RuntimeError(
+                    "this subscription is not set up:"
+                    " `async with target.subscribe(…) as samples:` (`with` if blocking)"
+                )
+            self._session.check_loop()
             if self._reader is not None:
                 raise RuntimeError("another task waits for the next sample of this subscription")
             self._reader = asyncio.get_running_loop().create_future()

@@ -86,21 +86,20 @@ class SymbolBook:
 
     def known(self, name: str) -> VariableLocation | None:
         """Return the place of symbol `name`, if it has been asked for before."""
-        if not isinstance(name, str):
-            raise TypeError(f"the name of a symbol is text, got {name!r:.80}")
-        return self._places.get(fold(name))
+        return self._places.get(_key(name))
 
     async def place(self, name: str) -> VariableLocation:
         """Return the place of symbol `name`: its handle in 0xF005, size and type.
 
         Raises `DeviceError` 0x710 if the device does not know it.
         """
-        key = fold(name)
+        key = _key(name)
         location = self._places.get(key)
         if location is not None:
             return location
         wish = self._wishes.get(key)
         if wish is None:
+            self._session.check_loop()
             wish = _Wish(name, self._wire_name(name), asyncio.get_running_loop().create_future())
             wish.place.add_done_callback(_seen)
             if not self._wishes:
@@ -508,3 +507,10 @@ def _seen(future: "asyncio.Future[VariableLocation]") -> None:
     """Retrieve the error, so that asyncio does not report it after its callers have left."""
     if not future.cancelled():
         future.exception()
+
+
+def _key(name: str) -> str:
+    """Return the key of a symbol. TypeError if `name` is no text."""
+    if not isinstance(name, str):
+        raise TypeError(f"the name of a symbol is text, got {name!r:.80}")
+    return fold(name)
