@@ -45,6 +45,27 @@ def test_a_tcp_port_that_is_none_is_refused(host: str) -> None:
         connect(host)
 
 
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"host": 5}, "host: expected the name of a host, got 5"),
+        ({"host": b"plc"}, "host: expected the name of a host, got b'plc'"),
+        ({"host": ""}, "host: expected NAME.*got ''"),
+        ({"host": "tcp://plc"}, "host: expected NAME, NAME:TCP_PORT, or .* got 'tcp://plc'"),
+        ({"host": "plc", "net_id": 5}, "a NetId is text like '5.1.2.3.1.1' or 6 bytes, got 5"),
+        ({"host": "plc", "mode": "udp"}, "mode: expected one of 'auto', .* got 'udp'"),
+        ({"timeout": None}, "timeout: expected a number of seconds above 0, got None"),
+        ({"timeout": "5"}, "timeout: expected .* got '5'"),
+        ({"timeout": 0}, "timeout: expected .* got 0"),
+        ({"keep_alive": 0}, "keep_alive: expected a number of seconds above 0, got 0"),
+        ({"keep_alive": -3}, "keep_alive: expected .* got -3"),
+    ],
+)
+def test_argument_of_another_kind_is_named_at_once(options: dict[str, Any], message: str) -> None:
+    with pytest.raises((TypeError, ValueError), match=message):
+        connect(**options)
+
+
 def test_without_a_host_the_environment_decides(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("ACHSE_HOST", raising=False)
     monkeypatch.delenv("ACHSE_TCP_PORT", raising=False)

@@ -331,3 +331,35 @@ def test_a_subscription_with_a_stale_handle_fetches_it_again(run: Run, peer: Any
                 assert {(await anext(samples)).value for _ in range(2)} == {1.5, 7}
 
     run(main())
+
+
+def test_value_of_another_type_among_many_keeps_all_from_being_written(run: Run, peer: Any) -> None:
+    async def main() -> None:
+        async with target_of(peer) as plc:
+            before = await plc.read("MAIN.nCounter")
+            for strict in (True, False):
+                with pytest.raises(IecValueError):
+                    await plc.write_many(
+                        {"MAIN.nCounter": before + 1, "GVL.fValue": "text"}, strict=strict
+                    )
+            assert await plc.read("MAIN.nCounter") == before
+
+    run(main())
+
+
+def test_arguments_of_many_are_named(run: Run, peer: Any) -> None:
+    async def main() -> None:
+        async with target_of(peer) as plc:
+            not_text: Any = ["MAIN.nCounter", 5]
+            with pytest.raises(TypeError, match="the name of a symbol is text, got 5"):
+                await plc.read_many(not_text)
+            with pytest.raises(TypeError, match="a list of names expected, got None"):
+                await plc.read_many(not_text[2:] or None)
+            with pytest.raises(TypeError, match="a mapping of names to values expected"):
+                await plc.write_many(not_text)
+            with pytest.raises(ValueError, match="mode: expected 'change' or 'cycle', got 'x'"):
+                plc.subscribe("MAIN.nCounter", mode="x")  # type: ignore[arg-type]
+            with pytest.raises(ValueError, match=r"an AMS port is a number 0\.\.65535, got '851'"):
+                plc.at_port("851")  # type: ignore[arg-type]
+
+    run(main())

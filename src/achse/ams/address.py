@@ -31,6 +31,8 @@ class NetId(bytes):
                 raise ValueError(
                     f"a NetId is six numbers 0..255 with dots, got {'.'.join(parts)!r}"
                 )
+        elif not isinstance(value, bytes | bytearray | memoryview):
+            raise TypeError(f"a NetId is text like '5.1.2.3.1.1' or 6 bytes, got {value!r:.80}")
         elif len(value) != 6:
             raise ValueError(f"a NetId is 6 bytes, got {len(value)}")
         return super().__new__(cls, value)
@@ -69,9 +71,11 @@ class AmsAddress(bytes):
     @classmethod
     def of(cls, net_id: bytes, port: int) -> Self:
         """Return the address of `port` (0..65535) at `net_id`."""
-        if not 0 <= port <= 0xFFFF:
-            raise ValueError(f"an AMS port is 0..65535, got {port}")
-        return cls(bytes(net_id) + _PORT.pack(port))
+        try:
+            wire_port = _PORT.pack(port)
+        except struct.error:
+            raise ValueError(f"an AMS port is a number 0..65535, got {port!r:.80}") from None
+        return cls(bytes(net_id) + wire_port)
 
     @property
     def net_id(self) -> NetId:

@@ -145,6 +145,9 @@ def connect(
 
     Raises `ConnectionLost` when entered or awaited, if the router does not answer.
     """
+    for name, seconds in (("timeout", timeout), ("keep_alive", keep_alive)):
+        if (seconds is not None or name == "timeout") and not _is_time(seconds):
+            raise ValueError(f"{name}: expected a number of seconds above 0, got {seconds!r:.80}")
     address = None if source is None else AmsAddress(source)
     named = os.environ.get("ACHSE_HOST", "")
     if host is None and named.startswith((SCHEME, SECURE_SCHEME, *MQTT_SCHEMES)):
@@ -162,8 +165,12 @@ def connect(
         name, tcp_port = _endpoint(host)
         grant_time = min(GRANT_TIME, timeout / 2)
         dialer = TcpDialer(name, tcp_port, mode=mode, source=address, grant_time=grant_time)
+    elif isinstance(host, Router):
+        dialer = RouterDialer(host)
+    elif hasattr(host, "open"):
+        dialer = host
     else:
-        dialer = RouterDialer(host) if isinstance(host, Router) else host
+        raise TypeError(f"host: expected the name of a host, got {host!r:.80}")
     backoff = reconnect if isinstance(reconnect, Backoff) else Backoff() if reconnect else None
     where = None if net_id is None else NetId(net_id)
     if isinstance(dialer, TcpDialer):
@@ -171,6 +178,10 @@ def connect(
     if isinstance(dialer, MqttDialer):
         dialer.net_id = where
     return Connecting(dialer, where, port, timeout, backoff, keep_alive, watch_symbols, advance)
+
+
+def _is_time(seconds: object) -> bool:
+    return isinstance(seconds, int | float) and seconds > 0
 
 
 def _endpoint(host: str | None) -> tuple[str, int]:
@@ -185,6 +196,11 @@ def _endpoint(host: str | None) -> tuple[str, int]:
         name, _, text = host.partition(":")
     else:
         name, text = host, str(TCP_PORT)
+    if text.startswith("//") or not name:
+        raise ValueError(
+            f"host: expected NAME, NAME:TCP_PORT, or an address that begins with serial:,"
+            f" secure:// or mqtt://, got {host!r:.80}"
+        )
     if not (text.isascii() and text.isdigit() and 0 < int(text) < 0x1_0000):
         raise ValueError(f"a TCP port is 1..65535, got {text!r}")
     return name, int(text)

@@ -56,7 +56,10 @@ def transmission_mode(send: SendWhen) -> TransmissionMode:
         return TransmissionMode.SERVER_ON_CHANGE
     if send == "cycle":
         return TransmissionMode.SERVER_CYCLE
-    return TransmissionMode(send)
+    try:
+        return TransmissionMode(send)
+    except ValueError:
+        raise ValueError(f"mode: expected 'change' or 'cycle', got {send!r:.80}") from None
 
 
 class MethodResult(NamedTuple):
@@ -203,6 +206,8 @@ class Target(RawTarget):
         """
         if isinstance(names, str):
             raise TypeError(f"a list of names expected, got the text {names[:80]!r}: [{names!r}]?")
+        if not isinstance(names, Iterable):
+            raise TypeError(f"a list of names expected, got {names!r:.80}")
         wanted = list(dict.fromkeys(names))
         outcomes = await self._each(
             "read", wanted, lambda place: ReadRequest(place.group, place.offset, place.length)
@@ -223,9 +228,12 @@ class Target(RawTarget):
     ) -> dict[str, AdsError]:
         """Set many symbols, in sum commands of at most 500.
 
-        All that can be written are, whatever happens to others. A symbol that fails raises its
+        IecValueError for a value that is none of its type, before anything is written. Otherwise
+        all that can be written are, whatever happens to others. A symbol that fails raises its
         error afterwards; with `strict` False the errors are returned by name.
         """
+        if not isinstance(values, Mapping):
+            raise TypeError(f"a mapping of names to values expected, got {values!r:.80}")
         outcomes = await self._each(
             "write",
             list(values),

@@ -194,3 +194,19 @@ def test_a_sum_refused_for_another_reason_is_an_error(run: Run, peer: Any) -> No
             assert caught.value.code == 0x708
 
     run(main())
+
+
+def test_numbers_and_data_that_fit_no_request_are_named(run: Run, peer: Any) -> None:
+    async def main() -> None:
+        async with target_of(peer) as target:
+            for job, message in (
+                (target.read_raw(0x4020, 0, -1), r"0\.\.0xFFFFFFFF.*length=-1"),
+                (target.read_raw(2**32, 0, 1), "index_group=4294967296"),
+                (target.write_raw(0x4020, 0, "text"), "data='text'"),  # type: ignore[arg-type]
+                (target.read_write_raw(0, 0, 1, 5), "data=5"),  # type: ignore[arg-type]
+                (target.write_control("RUN"), r"0\.\.0xFFFF,.*'RUN'"),  # type: ignore[arg-type]
+            ):
+                with pytest.raises(ValueError, match=message):
+                    await job
+
+    run(main())

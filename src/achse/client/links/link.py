@@ -265,6 +265,9 @@ class TcpDialer:
     ) -> None:
         self.host = host
         self.port = port
+        if mode not in set(LinkMode):
+            words = ", ".join(repr(str(word)) for word in LinkMode)
+            raise ValueError(f"mode: expected one of {words}, got {mode!r:.80}")
         self.mode = LinkMode(mode)
         if source is not None and self.mode is LinkMode.AUTO:
             self.mode = LinkMode.DIRECT

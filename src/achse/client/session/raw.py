@@ -1,5 +1,6 @@
 """Raw access to one ADS device: group and offset, bytes in and out, and its state."""
 
+import struct
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
@@ -108,7 +109,7 @@ class RawTarget:
 
     async def write_control(self, ads_state: int, device_state: int = 0, data: bytes = b"") -> None:
         """Ask for another state (000 §3.2.3.5); `data` is read by few devices."""
-        request = WriteControlRequest(ads_state, device_state, data).encode()
+        request = _encoded(WriteControlRequest(ads_state, device_state, data))
         response = await self.session.exchange(self.address, _CONTROL, request, self.timeout)
         self._check(response, "ask for state", ads_state)
 
@@ -121,7 +122,7 @@ class RawTarget:
         if most is not None and length > most and group in AREAS:
             return await self._read_in_pieces(group, offset, length, most)
         response = await self.session.exchange(
-            self.address, _READ, ReadRequest(group, offset, length).encode(), self.timeout
+            self.address, _READ, _encoded(ReadRequest(group, offset, length)), self.timeout
         )
         return self._data(response, "read", group, offset)
 
@@ -136,7 +137,7 @@ class RawTarget:
         data = b""
         while len(data) < length:
             wanted = min(most, length - len(data))
-            request = ReadRequest(group, offset + len(data), wanted).encode()
+            request = _encoded(ReadRequest(group, offset + len(data), wanted))
             response = await self.session.exchange(self.address, _READ, request, self.timeout)
             piece = self._data(response, "read", group, offset + len(data))
             data += piece
@@ -147,13 +148,13 @@ class RawTarget:
     async def write_raw(self, group: int, offset: int, data: bytes) -> None:
         """Write `data`."""
         response = await self.session.exchange(
-            self.address, _WRITE, WriteRequest(group, offset, data).encode(), self.timeout
+            self.address, _WRITE, _encoded(WriteRequest(group, offset, data)), self.timeout
         )
         self._check(response, "write", group, offset)
 
     async def read_write_raw(self, group: int, offset: int, read_length: int, data: bytes) -> bytes:
         """Write `data` and read up to `read_length` bytes in one call."""
-        request = ReadWriteRequest(group, offset, read_length, data).encode()
+        request = _encoded(ReadWriteRequest(group, offset, read_length, data))
         response = await self.session.exchange(self.address, _READ_WRITE, request, self.timeout)
         return self._data(response, "read/write", group, offset)
 
@@ -254,3 +255,13 @@ class RawTarget:
             self.address, command_of(part), part.encode(), self.timeout, read
         )
         return outcomes[0]
+
+
+def _encoded(request: ReadRequest | WriteRequest | ReadWriteRequest | WriteControlRequest) -> bytes:
+    """Return the bytes of `request`. ValueError if a number or its data do not fit into it."""
+    try:
+        return request.encode()
+    except (struct.error, TypeError):
+        most = "0xFFFF" if isinstance(request, WriteControlRequest) else "0xFFFFFFFF"
+        fields = ", ".join(f"{name}={value!r:.40}" for name, value in request._asdict().items())
+        raise ValueError(f"expected numbers 0..{most}, and bytes as data, got {fields}") from None
