@@ -74,3 +74,50 @@ def test_stops_with_dynamics_zero_take_those_of_the_move(block: str, tmp_path: P
     on.set("it", Execute=True)
     on.call(20)
     assert on.axis.set_acceleration == pytest.approx(-100.0)
+
+
+@pytest.mark.parametrize("order", [("it", "b"), ("b", "it")])
+def test_a_second_stop_takes_the_lock_over(order: tuple[str, str], tmp_path: Path) -> None:
+    """In whichever order they are called: what the first one releases is not the other's lock."""
+    on = Bench(tmp_path, FORM, {}, **dict.fromkeys(order, "MC_Stop"), move="MC_MoveAbsolute")
+    assert on.edge("it", 5)[-1] == "DBA"
+    on.set("it", Execute=False)
+    assert on.edge("b", 5)[-1] == "DBA"
+    assert on.shown("it") == ""
+    assert on.axis.motion_locked
+    assert on.edge("move", 5, Position=5.0, Velocity=50.0)[-1] == "E"
+    on.set("b", Execute=False)
+    assert on.outputs("b", 5)[-1] == ""
+    assert not on.axis.motion_locked
+
+
+def test_a_stop_that_another_one_replaces_says_so(tmp_path: Path) -> None:
+    on = Bench(tmp_path, FORM, {}, it="MC_Stop", b="MC_Stop")
+    assert on.edge("it", 5)[-1] == "DBA"
+    assert on.edge("b", 5)[-1] == "DBA"
+    assert on.shown("it") == "C"
+    on.set("it", Execute=False)
+    assert on.outputs("it", 5) == [""]
+    assert on.axis.motion_locked
+
+
+def test_a_stop_whose_lock_a_reset_took_does_not_hold_the_axis(tmp_path: Path) -> None:
+    on = Bench(tmp_path, FORM, {}, it="MC_Stop", reset="MC_Reset", move="MC_MoveAbsolute")
+    assert on.edge("it", 5)[-1] == "DBA"
+    assert on.edge("reset", 5)[-1] == "D"
+    assert on.shown("it") == "D"
+    assert on.edge("move", 5, Position=5.0, Velocity=50.0)[-1] == "BA"
+    on.set("it", Execute=False)
+    assert on.outputs("it", 3) == [""]
+    assert on.outputs("move", 100)[-1] == "D"
+
+
+def test_a_homing_that_is_replaced_is_not_active_while_it_restores(tmp_path: Path) -> None:
+    on = Bench(tmp_path, FORM, {}, it="MC_Home", move="MC_MoveRelative")
+    on.edge("it", 10, Position=7.0, bCalibrationCam=True)
+    assert on.shown("it") == "BA"
+    on.set("move", Execute=True, Distance=5.0, Velocity=50.0)
+    for _ in range(6):
+        on.call()
+        assert not ("A" in on.shown("it") and "A" in on.shown("move"))
+    assert on.shown("it") == "C"
