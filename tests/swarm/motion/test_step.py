@@ -35,3 +35,21 @@ def test_new_actual_position_moves_the_zero_point_and_is_not_smooth() -> None:
     nc.cycle()
     axes.look()
     assert (axes.steps[0].shift, axes.steps[0].smooth) == (3.5, 0)
+
+
+def test_external_set_point_that_contradicts_its_velocity_is_not_smooth() -> None:
+    """Its position stands still and it names a velocity: no axis can follow both."""
+    values = {"control_dword": 7, "allow_motion_commands_with_external_setpoint": 1}
+    nc = Nc(2_000_000, [AxisParameters(1, values=values)])
+    nc.cycle(5)
+    axis = nc.axis(1)
+    axes = axes_under_watch(nc, {}, NAMES, False)
+    assert commands.start_external_setpoint(axis, 2, 0.0) == 0
+    assert commands.universal_start(axis, 2, 5.0, 1.0) == 0
+    smooth = []
+    for velocity in (0.0, 0.0, 0.0, -0.5, 0.0, 0.0):
+        axis.external_set_velocity = velocity
+        nc.cycle()
+        axes.look()
+        smooth.append(axes.steps[0].smooth)
+    assert smooth[2:] == [1, 0, 0, 1]

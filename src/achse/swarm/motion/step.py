@@ -88,6 +88,8 @@ class MotionStep:
     abrupt_cycles: int = 0
     """Cycles in which the manuals are abrupt: most is not checked."""
     was_closed: int = 0
+    was_driven: int = 0
+    """True if an external set point that stands still named a velocity: it contradicts itself."""
     was_bent: int = 0
     last_law: int = 0
     first_master: int = 0
@@ -139,7 +141,9 @@ def look(step: MotionStep, ax: AxisFields, rows: NcRows) -> None:
     zero = ax.encoder.set_position_offset
     step.shift = zero - step.zero
     step.zero = zero
-    rough = step.phase in _ROUGH or step.phase0 in _ROUGH
+    driven = ax.external_setpoint_active != 0 and ax.external_set.velocity != 0.0
+    rough = step.phase in _ROUGH or step.phase0 in _ROUGH or driven or step.was_driven != 0
+    step.was_driven = int(driven)
     closed = ax.loop_closed != 0
     step.smooth = int(
         closed
