@@ -9,6 +9,7 @@ import pytest
 from achse.codes import AlState, AlStatus
 from achse.drive import Drive
 from achse.ethercat import Loopback, Segment, Slave, describe
+from achse.ethercat.configuration_checks import ConfigurationChecks
 from achse.ethercat.master import (
     BusConfiguration,
     ClockConfiguration,
@@ -17,8 +18,6 @@ from achse.ethercat.master import (
     Ring,
     from_description,
 )
-from achse.ethercat.slave import _CHECKS
-from achse.ethercat.statemachine import Transition
 
 CSP_OUT = [(0x6040, 0, 16), (0x607A, 0, 32), (0x6060, 0, 8)]
 CSP_IN = [(0x6041, 0, 16), (0x6064, 0, 32), (0x6061, 0, 8)]
@@ -42,7 +41,7 @@ def test_a_strict_drive_takes_our_mapping(clock: ClockConfiguration | None) -> N
 
 
 def test_a_coupler_has_neither_mailbox_nor_process_data(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(_CHECKS, Transition.IP, lambda _: AlStatus.NO_ERROR)
+    monkeypatch.setattr(ConfigurationChecks, "mailbox", lambda _: AlStatus.NO_ERROR)
     line = [Loopback(0, "coupler"), Loopback(4)]
     coupler, box = (from_description(describe(each)) for each in line)
     coupler = replace(coupler, mailbox_out=None, mailbox_in=None, coe=False, sync_managers=())
