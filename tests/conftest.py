@@ -9,15 +9,47 @@ import signal
 import struct
 import subprocess
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
 from functools import cache
+from importlib.abc import MetaPathFinder
+from importlib.machinery import ModuleSpec, PathFinder
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 import pytest
+
+BYTECODE = Path(__file__).parents[1] / ".pytest_cache" / "bytecode"
+
+if os.environ.pop("PYTHONDONTWRITEBYTECODE", None):
+    # Tests start hundreds of processes: each would compile the package again.
+    os.environ["PYTHONPYCACHEPREFIX"] = sys.pycache_prefix = str(BYTECODE)
+    sys.dont_write_bytecode = False
+
+
+class PlainImports(MetaPathFinder):
+    """Finds packages with a plugin for pytest, whose assertions are not to be rewritten.
+
+    pytest would parse each of their modules, and keep bytecode apart from that of other processes.
+    """
+
+    PACKAGES = frozenset({"achse", "anyio", "hypothesis"})
+
+    def find_spec(
+        self, name: str, path: Sequence[str] | None, target: ModuleType | None = None
+    ) -> ModuleSpec | None:
+        """Find modules as an interpreter without pytest does."""
+        if name.partition(".")[0] in self.PACKAGES:
+            return PathFinder.find_spec(name, path, target)
+        return None
+
+
+sys.meta_path.insert(0, PlainImports())
+
 from hypothesis import HealthCheck, is_hypothesis_test, settings
+from hypothesis.internal.conjecture import providers
 
 from achse import testing
 from achse.ams import AmsAddress, Command, DeviceError, Frame
@@ -42,13 +74,6 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
 if hasattr(signal, "SIGHUP"):
     # Under nohup it is ignored, and those that tests start and end by it would never end.
     signal.signal(signal.SIGHUP, signal.SIG_DFL)
-
-BYTECODE = Path(__file__).parents[1] / ".pytest_cache" / "bytecode"
-
-if os.environ.pop("PYTHONDONTWRITEBYTECODE", None):
-    # Tests start hundreds of processes: each would compile the package again.
-    os.environ["PYTHONPYCACHEPREFIX"] = sys.pycache_prefix = str(BYTECODE)
-    sys.dont_write_bytecode = False
 
 # How long an example takes says more about the machine than about us.
 settings.register_profile(
@@ -343,6 +368,15 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption(
         "--deep", action="store_true", help=f"{DEEP} times as many random examples and frames"
     )
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Without `--deep`, Hypothesis draws no constants that it finds in our modules.
+
+    It would parse all that are loaded, and a test alone would draw other examples than in a run.
+    """
+    if not config.option.deep:
+        providers._get_local_constants = lambda: providers._local_constants
 
 
 @pytest.fixture(scope="session")

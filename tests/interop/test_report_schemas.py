@@ -8,11 +8,11 @@ import os
 from pathlib import Path
 from typing import Any
 
-import jsonschema
 import pytest
 from typer.testing import CliRunner
 
 from achse.cli.app import app
+from tests.json_schemas import validate
 
 SCHEMAS = Path(__file__).parents[2] / ".foreign" / "pyads-3.6.0" / "schemas"
 TESTS = Path(__file__).parents[1] / "data" / "unit_tests"
@@ -67,7 +67,7 @@ def test_sarif_follows_its_schema(schemas: Path, project: Path) -> None:
     report = json.loads(_report("check", project, "--format", "sarif"))
     rules = {one["ruleId"][:2] for one in report["runs"][0]["results"]}
     assert rules == {"ST", "LT"}
-    jsonschema.validate(report, schema)
+    validate(report, schema)
 
 
 def test_junit_of_a_check_follows_its_schema(schemas: Path, project: Path) -> None:
