@@ -27,6 +27,7 @@ from typing import Any
 import pytest
 
 from tests import warm_commands
+from tests.background import CHECKS, Background
 
 GROWTH_KB = 285_000
 """Memory that a worker may add to that of the process it was forked from, kB."""
@@ -50,6 +51,9 @@ SHARING = (ROOT / "tests" / "interop" / "browser", ROOT / "tests" / "house")
 
 SLOW = ROOT / "tests" / "data" / "slow_files.txt"
 """Slow files with their CPU seconds: the dearest starts first."""
+
+BACKGROUND = pytest.StashKey[Background]()
+"""The process that worked beside the collection."""
 
 CPU = pytest.StashKey[dict[str, float]]()
 """CPU seconds of each test, its child processes included; for benchmarks/test_times.py."""
@@ -350,9 +354,22 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     )
 
 
+def whole_tier(config: pytest.Config) -> str | None:
+    """Return `all` or `quick` if this run is of all tests or of all quick ones, in workers."""
+    option = config.option
+    chosen = config.args_source is not config.ArgsSource.TESTPATHS or option.keyword
+    if chosen or not option.workers or option.collectonly or not hasattr(os, "fork"):
+        return None
+    return {"": "all", "quick": "quick"}.get(option.markexpr)
+
+
 @pytest.hookimpl(wrapper=True)
 def pytest_collection(session: pytest.Session) -> Iterator[None]:
     """Collect without garbage collection: what is collected stays until the end."""
+    if tier := whole_tier(session.config):
+        background = Background(CHECKS if tier == "all" else ())
+        session.config.stash[BACKGROUND] = background
+        session.config.add_cleanup(background.end)
     gc.disable()
     try:
         return (yield)
@@ -421,11 +438,15 @@ def pytest_runtestloop(session: pytest.Session) -> bool | None:
     if len(session.items) > LARGE:
         from tests.prebuilt import build
 
+        if background := session.config.stash.get(BACKGROUND, None):
+            background.wait_for_kernels()
         build()
         gc.freeze()
     runner = session.config.stash[RUNNER] = Runner(session, count, batches(session.items))
     session.config.stash[CPU] = runner.cpu
     with contextlib.ExitStack() as stack:
+        if background := session.config.stash.get(BACKGROUND, None):
+            stack.callback(background.end)
         stack.enter_context(own_temporary_folder(session))
         if len(session.items) > LARGE:
             folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))

@@ -3,27 +3,17 @@
 import re
 import subprocess
 import sys
-import sysconfig
 from pathlib import Path
 
 import pytest
 
-LINT_IMPORTS = str(Path(sysconfig.get_path("scripts")) / "lint-imports")
-
-CHECKS = {
-    "lint": [sys.executable, "-m", "ruff", "check", "--output-format=concise"],
-    "format": [sys.executable, "-m", "ruff", "format", "--check"],
-    "types": [sys.executable, "-m", "mypy", "--no-error-summary"],
-    "layers": [LINT_IMPORTS, "--no-logo"],
-}
+from tests.background import CHECKS, result_of
 
 
-@pytest.mark.parametrize("command", CHECKS.values(), ids=CHECKS)
-def test_the_check_finds_nothing(command: list[str], root: Path) -> None:
-    run = subprocess.run(
-        command, cwd=root, text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT
-    )
-    assert run.returncode == 0, f"{' '.join(command[1:])}\n{run.stdout}"
+@pytest.mark.parametrize("check", CHECKS)
+def test_the_check_finds_nothing(check: str) -> None:
+    code, output = result_of(check)
+    assert code == 0, f"{' '.join(CHECKS[check][1:])}\n{output}"
 
 
 def test_the_same_checks_run_before_each_commit(root: Path) -> None:
