@@ -131,13 +131,16 @@ class Meter:
         self._began = self._look()
 
     def _look(self) -> tuple[float, float, float, float]:
-        stations = sum(map(processor_s, self._pids))
-        return time.monotonic(), stations, *map(processor_s, (self._broker, self._supervisor))
+        stations = sum(map(processor_s, self._pids), 0.0)
+        broker, supervisor = processor_s(self._broker), processor_s(self._supervisor)
+        return time.monotonic(), stations, broker, supervisor
 
     def shares(self) -> tuple[float, float, float, float]:
         """Seconds, and of one core: stations, broker, supervisor."""
-        wall, *used = (now - then for now, then in zip(self._look(), self._began, strict=True))
-        return wall, *(each / wall for each in used)
+        wall, stations, broker, supervisor = (
+            now - then for now, then in zip(self._look(), self._began, strict=True)
+        )
+        return wall, stations / wall, broker / wall, supervisor / wall
 
 
 @contextlib.asynccontextmanager

@@ -73,7 +73,8 @@ class BareForwarder:
         self.clients: dict[bytes, tuple[Sink, bytes]] = {}
 
     def from_client(self, client: Sink, data: bytes) -> None:
-        out, position = [], 0
+        out: list[bytes] = []
+        position = 0
         while position < len(data):
             _, length, _, source = FRAME.unpack_from(data, position)
             alias = self.ports.get((client, source))

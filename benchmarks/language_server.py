@@ -308,7 +308,7 @@ async def measure(root: Path, edits: int, drawn: int) -> int:
         print(f"server: {_megabytes(server):.0f} MB after them")
     await client.shutdown_async(None)
     client.exit(None)
-    await client.stop()
+    await client.stop()  # type: ignore[no-untyped-call]
     return differing
 
 

@@ -85,7 +85,7 @@ def following(rows: int, *, compiled: bool) -> Nc:
 def cost(nc: Nc, seconds: float) -> tuple[float, float, float]:
     """Mean, median and 99 % quantile of a cycle in microseconds; chunks are the samples."""
     dice = random.Random(2)
-    samples = []
+    samples: list[float] = []
     end = time.perf_counter() + seconds
     while time.perf_counter() < end or len(samples) < 3:
         begin = time.perf_counter_ns()

@@ -10,6 +10,7 @@ import argparse
 import contextlib
 import time
 from collections.abc import Callable, Sequence
+from functools import partial
 
 import numpy as np
 from ruckig import InputParameter, Ruckig, RuckigError, Trajectory
@@ -92,11 +93,13 @@ def main() -> None:
         memory[:, : cases.shape[1]] = cases
         t, j = [0.0] * MAX_SEGMENTS, [0.0] * MAX_SEGMENTS
 
-        def interpreted(rows=rows, t=t, j=j):
+        def interpreted(
+            rows: list[list[float]] = rows, t: list[float] = t, j: list[float] = j
+        ) -> None:
             for row in rows:
                 profile.plan_to_position(t, j, *row)
 
-        def oracle(calculate, rows=rows):
+        def oracle(calculate: bool, rows: list[list[float]] = rows) -> None:
             for p, v, a, target, _, top, acc, dec, jerk in rows:
                 given.current_position = [p]
                 given.current_velocity = [v]
@@ -110,10 +113,10 @@ def main() -> None:
                     with contextlib.suppress(RuckigError):  # it gives up on some
                         otg.calculate(given, trajectory)
 
-        compiled = per_call(lambda at=memory.ctypes.data: fast(at, count), count)
+        compiled = per_call(partial(fast, memory.ctypes.data, count), count)
         plain = per_call(interpreted, count)
-        whole = per_call(lambda run=oracle: run(True), count)
-        inputs = per_call(lambda run=oracle: run(False), count)
+        whole = per_call(partial(oracle, True), count)
+        inputs = per_call(partial(oracle, False), count)
         print(f"{kind:<24}{compiled:>10.3f}{plain:>10.2f}{whole - inputs:>10.2f}{whole:>10.2f}")
     print(f"{count} cases; ruckig needs acceleration limits by sign, ours by direction of travel")
 

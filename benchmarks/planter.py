@@ -275,9 +275,11 @@ def _own_faults(node: ast.expr, path: Place) -> Iterator[Change]:
             text = _change(node, branch)
             yield path, node, copy.deepcopy(branch), "condition", text
     elif isinstance(node, ast.Constant):
-        value = node.value
-        if isinstance(value, int | float) and not isinstance(value, bool) and abs(value) <= LARGEST:
-            larger = ast.Constant(value + 1)
+        number = node.value
+        if isinstance(number, bool) or not isinstance(number, int | float):
+            return
+        if abs(number) <= LARGEST:
+            larger = ast.Constant(number + 1)
             yield path, node, larger, "constant", _change(node, larger)
 
 

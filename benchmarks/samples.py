@@ -66,7 +66,7 @@ class Client(asyncio.Protocol):
             position = end
 
     async def ask(self, invoke_id: int, command: Command, data: bytes) -> bytes:
-        answer = asyncio.get_running_loop().create_future()
+        answer: asyncio.Future[bytes] = asyncio.get_running_loop().create_future()
         self.answers[invoke_id] = answer
         frame = Frame(TARGET, SOURCE, command, invoke_id=invoke_id, data=data)
         self.transport.write(frame.encode_tcp())  # type: ignore[attr-defined]

@@ -75,8 +75,8 @@ class Sums:
         self.tests: Counter[str] = Counter()
 
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
-        self.tests[report.nodeid] += sum(
-            value for name, value in report.user_properties if name == CPU_SECONDS
+        self.tests[report.nodeid] += sum(  # type: ignore[assignment]  # floats
+            float(str(value)) for name, value in report.user_properties if name == CPU_SECONDS
         )
 
     def by(self, parts: int) -> Counter[str]:

@@ -69,7 +69,11 @@ def serve_paho(port: int) -> None:
     from paho.mqtt.enums import CallbackAPIVersion
 
     client = Client(CallbackAPIVersion.VERSION2)
-    client.on_message = lambda it, _, message: it.publish("bare/answer", ANSWER)
+
+    def answer(it: Client, _: object, message: object) -> None:
+        it.publish("bare/answer", ANSWER)
+
+    client.on_message = answer
     client.on_subscribe = lambda *_: print("peer ready", flush=True)
     client.connect("127.0.0.1", port)
     client.subscribe("bare/request")
@@ -126,10 +130,14 @@ async def to_paho(port: int) -> Any:
     waiting: list[asyncio.Future[None]] = []
     ready = asyncio.Event()
     client = Client(CallbackAPIVersion.VERSION2)
-    client.on_subscribe = lambda *_: loop.call_soon_threadsafe(ready.set)
-    client.on_message = lambda *_: loop.call_soon_threadsafe(
-        lambda: waiting.pop(0).set_result(None)
-    )
+
+    def subscribed(*_: object) -> None:
+        loop.call_soon_threadsafe(ready.set)
+
+    def answered(*_: object) -> None:
+        loop.call_soon_threadsafe(lambda: waiting.pop(0).set_result(None))
+
+    client.on_subscribe, client.on_message = subscribed, answered
     client.connect("127.0.0.1", port)
     client.subscribe("bare/answer")
     client.loop_start()

@@ -75,7 +75,8 @@ def export_side(folder: Path, steps: int) -> None:
     digest = str(len(made.variables) - 1)
     seconds = []
     for count in (1, steps):
-        command = [importer, library, folder / "cell" / "resources", token, digest, str(count)]
+        words = (importer, library, folder / "cell" / "resources", token, digest, count)
+        command = list(map(str, words))
         begin = time.perf_counter()
         ended = subprocess.run([*command, "0.01"], check=True, capture_output=True, text=True)
         seconds.append(time.perf_counter() - begin)
