@@ -173,7 +173,36 @@ def test_ids_have_an_index_group_each(last_id: int, last: int) -> None:
     for number in numbers:
         group.target(number)
     assert ids == list(range(last_id + 1))
-    assert set(ServiceTable((group,)).by_index) == set(numbers)
+    table = ServiceTable((group,))
+    assert [table.get(number) for number in numbers] == [group] * len(numbers)
+    after = (last_id + 1 >> 8 << 16 | 0x4100) + (last_id + 1 & 0xFF)
+    for number in (0x40FF, 0x4200, after, 0x1_4200, 0x1_40FF, 0x10_4100, 0):
+        assert table.get(number) is None
+        with pytest.raises(DeviceError):
+            table.find(number)
+
+
+def test_index_group_on_a_page_is_replaced_and_restored() -> None:
+    pages = ObjectGroup(0x4100, 0x3FF, str, ())
+    other = RawGroup(0x2_4110, "other", write=lambda *_: None)
+    table = ServiceTable((pages,))
+    before = table.by_index.copy()
+    table.put(0x2_4110, other)
+    assert table.find(0x2_4110) is other
+    assert table.find(0x2_4111) is pages
+    table.put(0x2_4110, pages)
+    assert table.find(0x2_4110) is pages
+    assert table.by_index == before
+
+
+def test_pages_of_a_group_of_objects_belong_to_it_alone() -> None:
+    pages = ObjectGroup(0x4100, 0x3FF, str, ())
+    other = RawGroup(0x2_4110, "other", write=lambda *_: None)
+    for groups in ((pages, other), (other, pages)):
+        with pytest.raises(ValueError, match="two groups serve index group 0x24110"):
+            ServiceTable(groups)
+    with pytest.raises(ValueError, match="two groups serve index group 0x24110"):
+        ServiceTable((other,), ServiceTable((pages,)))
 
 
 def test_base_of_a_group_of_objects_may_be_any_index_group() -> None:

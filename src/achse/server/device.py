@@ -142,7 +142,7 @@ class Device:
         self.readable_groups: Mapping[int, IndexGroup] | None = self._groups
         """Index groups that answer a Read: a transport may read from them directly, without a
         frame."""
-        self._in_sums = single.by_index
+        self._in_sums = single
         self._direct_codes = direct_codes or {}
         self._router: DeviceRouter | None = None
         self._request: Frame | None = None
@@ -355,15 +355,12 @@ class Device:
 
         None: none. Faults are before a group in this way.
         """
-        before = self._groups.get(index_group)
-        tables = [self._groups]
-        if before is None or index_group in self._in_sums:
+        before = self.services.get(index_group)
+        tables = [self.services]
+        if before is None or self._in_sums.get(index_group) is not None:
             tables.append(self._in_sums)
         for table in tables:
-            if group is None:
-                table.pop(index_group, None)
-            else:
-                table[index_group] = group
+            table.put(index_group, group)
         return before
 
     def write_control(self, ads_state: int, device_state: int, data: bytes) -> None:

@@ -190,7 +190,7 @@ class SumCommands:
             value = data[position : position + length]
             position += length
             try:
-                if group not in self._services.by_index:
+                if self._services.get(group) is None:
                     # As recorded: 0x701 here, 0x702 where parts are read.
                     raise DeviceError(ReturnCode.SERVICE_NOT_SUPPORTED, f"0x{group:X}")
                 self._find(group).write(group, offset, value, client)

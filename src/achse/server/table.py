@@ -246,13 +246,30 @@ class ObjectGroup(_RowGroup):
     def index_groups(self) -> Iterable[int]:
         return _groups_of_objects(self.base, self.last_id)
 
+    @property
+    def has_pages(self) -> bool:
+        """True if ids are on several pages, which a table does not list one by one."""
+        return self.last_id > 0xFF and self.base <= 0xFF00
+
+    def first_page(self) -> Iterable[int]:
+        """Return the index groups of the ids 0 … 255."""
+        return _groups_of_objects(self.base, min(self.last_id, 0xFF))
+
+    def is_on_a_page(self, group: int) -> bool:
+        """Return True if an index group is that of an id, on any page."""
+        distance = group - self.base
+        return not distance & 0xFF00 and distance >= 0 and self._id_at(group) <= self.last_id
+
+    def _id_at(self, group: int) -> int:
+        return group - self.base & 0xFF | group >> 16 << 8
+
     def describe(self) -> Iterator[RowFacts]:
         last = self.base + min(self.last_id, 0xFF)
         for row in self.rows:
             yield row.facts(self.base, last)
 
     def target(self, group: int) -> Any:
-        return self._find_object(group - self.base & 0xFF | group >> 16 << 8)
+        return self._find_object(self._id_at(group))
 
 
 @lru_cache(maxsize=256)
@@ -439,12 +456,20 @@ class ServiceTable:
         added = tuple(groups)
         self.groups: Sequence[IndexGroup] = added if base is None else (*base.groups, *added)
         self.by_index: dict[int, IndexGroup] = {} if base is None else base.by_index.copy()
+        """Groups by number; of those with pages only the first page: `get` knows all."""
+        self._paged: list[ObjectGroup] = [] if base is None else base._paged.copy()
         for group in added:
-            own = dict.fromkeys(group.index_groups(), group)
+            paged = group if isinstance(group, ObjectGroup) and group.has_pages else None
+            own = dict.fromkeys(paged.first_page() if paged else group.index_groups(), group)
             count = len(self.by_index) + len(own)
             self.by_index.update(own)
             if len(self.by_index) != count:
                 index = next(i for other in self.groups for i in other.index_groups() if i in own)
+                raise ValueError(f"two groups serve index group 0x{index:X}")
+            if paged:
+                self._paged.append(paged)
+        for index in self.by_index if self._paged else ():
+            if index > 0xFFFF and self._page_of(index) is not None:
                 raise ValueError(f"two groups serve index group 0x{index:X}")
 
     def __iter__(self) -> Iterator[IndexGroup]:
@@ -457,10 +482,24 @@ class ServiceTable:
 
     def find(self, group: int) -> IndexGroup:
         """Return the group that serves index group `group`; raises DeviceError 0x702."""
-        entry = self.by_index.get(group)
+        entry = self.get(group)
         if entry is None:
             raise DeviceError(ReturnCode.INVALID_GROUP, f"0x{group:X}")
         return entry
+
+    def get(self, group: int) -> IndexGroup | None:
+        """Return the group that serves index group `group`; None if there is none."""
+        return self.by_index.get(group) or self._page_of(group)
+
+    def put(self, index: int, group: IndexGroup | None) -> None:
+        """Let a group alone serve an index group from now on; None: none, or the one with pages."""
+        if group is None or group is self._page_of(index):
+            self.by_index.pop(index, None)
+        else:
+            self.by_index[index] = group
+
+    def _page_of(self, group: int) -> ObjectGroup | None:
+        return next((each for each in self._paged if each.is_on_a_page(group)), None)
 
 
 def _check_field(row: Service, kind: type[Any]) -> None:
