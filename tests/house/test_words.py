@@ -3,6 +3,7 @@
 import re
 from collections import defaultdict
 from collections.abc import Iterator
+from itertools import chain
 from pathlib import Path
 
 from tests.house.sources import Module, Texts
@@ -153,6 +154,33 @@ OTHERS = ("st/lint/", "st/workspace/", "plc/routines/xml_documents.py",
 RESULTS = ("asked", "found", "given", "held", "kept", "made", "told")
 """Participles that are not the name of a result: `match`, `entry`, `faults`, `operand` are."""
 
+_RESULT = f"({'|'.join(RESULTS)})"
+BOUND = re.compile(
+    rf"^ +(?:\w+, )*{_RESULT}(?:, \w+)* *(?::[^=\n]+)?[-+|&]?=(?!=)"
+    rf"|\({_RESULT} :=|\bfor (?:\w+, )*{_RESULT}(?:, \w+)* in\b|\bas {_RESULT}:$"
+    rf"|^ *(?:async )?def .*[(,] *{_RESULT}\s*:|^ +{_RESULT} *: *[^=\n]+,$",
+    re.MULTILINE,
+)
+"""Where such a participle is bound."""
+
+LATER = (
+    "tests/interop/browser/",
+    "tests/benchmarks/",
+    "tests/workers.py",
+    "tests/docs/test_pages.py",
+)
+"""Tests that still have participles as names. The list only shrinks."""
+
+NAME_OF_A_TEST = re.compile(
+    r"def (test_\w*?_(?:told|tells?|asks?|asked|nobody|somebody|everybody|anybody|whoever|anew)"
+    r"(?:_\w+)?)\("
+)
+"""Tests whose names have words that are not the field's: report, request, query, no client, a
+client, any client and again are."""
+
+OF_THE_FIELD = {"test_seek_and_tell"}
+"""Tests whose names have such a word, because the field has it."""
+
 RETIRED_CLASSES = {
     "Agenda": "TimerQueue", "Beat": "SampleGroup", "Deck": "ChannelGroup", "Gate": "FrameFilter",
     "Judge": "Completion, Outcome, AccessPolicy", "Outbox": "WriteBuffer",
@@ -259,22 +287,35 @@ def test_private_words_do_not_return(tracked: list[Path], texts: Texts) -> None:
     assert not places, "\n".join(places)
 
 
+def _tests(tracked: list[Path]) -> Iterator[Path]:
+    for path in tracked:
+        if path.suffix == ".py" and path.parts[0] == "tests" and not str(path).startswith(LATER):
+            yield path
+
+
 def test_results_are_named_after_the_thing(tracked: list[Path], texts: Texts) -> None:
-    """`found = …`, `(made := …`, `for kept in …`, `def f(told: …` name nothing."""
-    name = f"({'|'.join(RESULTS)})"
-    bound = re.compile(
-        rf"^ +(?:\w+, )*{name}(?:, \w+)* *(?::[^=\n]+)?[-+|&]?=(?!=)"
-        rf"|\b{name} *:=|\bfor (?:\w+, )*{name}(?:, \w+)* in\b"
-        rf"|^ *(?:async )?def .*[(,] *{name}\s*:|^ +{name} *: *[^=\n]+,$",
-        re.MULTILINE,
+    """`found`, `made`, `kept` and their like name nothing, in product code and in tests."""
+    code = (
+        path
+        for path in _code_of(ROOMS_WITH_FIELD_WORDS, tracked)
+        if not str(path.relative_to("src/achse")).startswith(OTHERS)
     )
     places = [
         f"{path}: {hit[0].strip()}"
-        for path in _code_of(ROOMS_WITH_FIELD_WORDS, tracked)
-        if not str(path.relative_to("src/achse")).startswith(OTHERS)
-        for hit in bound.finditer(texts[path])
+        for path in chain(code, _tests(tracked))
+        for hit in BOUND.finditer(texts[path])
     ]
     assert not places, "name the thing:\n" + "\n".join(places)
+
+
+def test_names_of_tests_are_in_the_words_of_the_field(tracked: list[Path], texts: Texts) -> None:
+    places = [
+        f"{path}: {hit[0]}"
+        for path in _tests(tracked)
+        for hit in NAME_OF_A_TEST.finditer(texts[path])
+        if hit[1] not in OF_THE_FIELD
+    ]
+    assert not places, "\n".join(places)
 
 
 def test_retired_words_of_classes_do_not_come_back(parsed: dict[Path, Module]) -> None:

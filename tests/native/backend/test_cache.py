@@ -55,8 +55,8 @@ cache._LARGEST = 40_000
 for number in range(60):
     code = bytes([number]) * 3000
     one = cache.ObjectCache("shared", str(number % 20))
-    found = one.load()
-    assert found is None or (len(found) == 3000 and found == found[:1] * 3000), found
+    content = one.load()
+    assert content is None or (len(content) == 3000 and content == content[:1] * 3000), content
     one.save(code)
 """
 
