@@ -351,10 +351,11 @@ def test_arguments_of_many_are_named(run: Run, peer: Any) -> None:
     async def main() -> None:
         async with target_of(peer) as plc:
             not_text: Any = ["MAIN.nCounter", 5]
+            nothing: Any = None
             with pytest.raises(TypeError, match="the name of a symbol is text, got 5"):
                 await plc.read_many(not_text)
             with pytest.raises(TypeError, match="a list of names expected, got None"):
-                await plc.read_many(not_text[2:] or None)
+                await plc.read_many(nothing)
             with pytest.raises(TypeError, match="a mapping of names to values expected"):
                 await plc.write_many(not_text)
             with pytest.raises(ValueError, match="mode: expected 'change' or 'cycle', got 'x'"):
