@@ -97,3 +97,28 @@ async def test_connections_with_a_request_do_not_give_way() -> None:
             for reader, writer in busy:
                 assert (await reader.read()).startswith(b"HTTP/1.1 200")
                 writer.close()
+
+
+@pytest.mark.parametrize("at_once", [True, False])
+async def test_broken_body_behind_a_request_leaves_no_error_in_the_log(
+    at_once: bool, caplog: pytest.LogCaptureFixture
+) -> None:
+    async def slow(scope: Any, receive: Any, send: Any) -> None:
+        if at_once:
+            await answer(scope, receive, send)
+            return
+        while (await receive())["type"] != "http.disconnect":
+            pass
+        await answer(scope, receive, send)
+
+    head = b"POST / HTTP/1.1\r\nhost: x\r\ntransfer-encoding: chunked\r\n\r\n"
+    async with Running(slow) as port:
+        for parts in ((head + b"ZZ\r\n",), (head, b"ZZ\r\n"), (head + b"2\r\nab\r\n", b"\xff\r\n")):
+            reader, writer = await asyncio.open_connection("127.0.0.1", port)
+            for part in parts:
+                writer.write(part)
+                await asyncio.sleep(0)
+            response = await reader.read()
+            assert response.startswith((b"HTTP/1.1 400", b"HTTP/1.1 200"))
+            writer.close()
+    assert not [record for record in caplog.records if record.levelname == "ERROR"]

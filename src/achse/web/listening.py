@@ -57,6 +57,16 @@ class BoundedHttp(H11Protocol):
             self.waits_since = None
             self._within(ANSWER_WITHIN)
 
+    def send_400_response(self, msg: str) -> None:
+        """Refuse a broken request; what the application still says to it is dropped."""
+        if self.cycle is not None:
+            self.cycle.disconnected = True
+            self.cycle.message_event.set()
+        if self.conn.our_state in (h11.IDLE, h11.SEND_RESPONSE):
+            super().send_400_response(msg)
+        else:
+            self.transport.close()
+
     def on_response_complete(self) -> None:
         """The next request has its own time."""
         super().on_response_complete()
