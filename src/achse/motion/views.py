@@ -208,6 +208,12 @@ def property_within(base: type[View], part: str, field: Field) -> property:
     return property(attrgetter(f"_{part}._record.{field.name}"), write)
 
 
+@cache
+def _content(layout: RecordLayout[Field], fresh: type) -> bytes:
+    """Return the bytes of a fresh record, computed once."""
+    return pack(layout, fresh())
+
+
 class Store:
     """Records of one layout, one behind the other, and a view of each.
 
@@ -229,7 +235,7 @@ class Store:
         if compiled:
             rows = Rows(layout, count)
             self.views = [of_row(rows, index) for index in range(count)]
-            content = pack(layout, fresh())
+            content = _content(layout, fresh)
             for view in self.views:
                 view.row[: len(content)] = content
             self.arguments = rows.address, count
