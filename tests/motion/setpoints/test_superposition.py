@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from achse.motion import MotionPhase, StateBit, commands
+from achse.motion import AxisParameters, MotionPhase, Nc, StateBit, commands
 from achse.motion.commands import Compensation
 
 V = 100.0
@@ -497,3 +497,41 @@ def test_a_stop_in_the_last_ramp_with_a_slowing_compensation_keeps_the_jerk(
         trace.append(rig.axis.set_acceleration)
         assert rig.axis.set_velocity >= -1e-9
     assert max(abs(b - a) for a, b in pairwise(trace)) <= jerk * 0.002 * (1.0 + 1e-6)
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_compensation_of_a_slave_goes_on_within_the_room_that_is_left(seed: int) -> None:
+    """World of motion 7100617: rounding took its whole way for a cycle, not its velocity."""
+    dice = random.Random(seed)
+    speed, more = dice.uniform(50.0, 500.0), dice.uniform(5.0, 100.0)
+    presets = {
+        "control_dword": 7, "velocity_override": 1_000_000, "max_velocity": speed + more,
+        "controller_following_error_position_monitoring_enable": 0,
+        "allow_slave_motion_commands": 1,
+    }  # fmt: skip
+    nc = Nc(2_000_000, [AxisParameters(n, values=presets) for n in (1, 2)], compiled=seed % 2 > 0)
+    nc.cycle(3)
+    master, slave = nc
+    assert commands.couple(slave, 1, 1, 0, 0, 1.0) == 0
+    assert commands.universal_start(master, 3, 0.0, 0.5 * speed) == 0
+    nc.cycle(1500)
+    compensation = Compensation(
+        dice.randrange(1, 5),
+        1e4,
+        1e4,
+        dice.uniform(0.6, 1.5) * more,
+        0.5 * speed,
+        more,
+        2.0 * speed,
+    )
+    code, _ = commands.start_superposition(slave, compensation)
+    assert code in (0, 0x4243)
+    assert commands.new_end_position_and_velocity(master, 2, 1, 0.0, speed, 0.0) == 0
+    p, v, ways = slave.set_position, slave.set_velocity, 0
+    while slave.record.compensating:
+        nc.cycle()
+        assert abs(slave.set_velocity) <= (speed + more) * (1.0 + 1e-9)
+        way = slave.set_position - p
+        assert abs(way - 0.001 * (v + slave.set_velocity)) <= 1e-6 * speed + 0.002**2 * 2e4
+        p, v, ways = slave.set_position, slave.set_velocity, ways + 1
+    assert ways > 50

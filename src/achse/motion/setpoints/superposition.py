@@ -16,6 +16,12 @@ from achse.motion.record import AxisFields
 from achse.motion.setpoints.dynamics import run_out
 from achse.motion.setpoints.setpoint import absorb, displace, generate
 
+_APPROACHES = 8
+"""Steps by which a way is made shorter until what it adds fits into the room."""
+
+_NEARLY_MORE = 1.0 + 1e-9
+"""Of the room, so that rounding does not take all of it."""
+
 
 def superposed_way(ax: AxisFields, t: float) -> float:
     """Additional way, without sign, at process time `t`."""
@@ -79,11 +85,16 @@ def _cover(ax: AxisFields, way: float, room: float, dt: float) -> float:
         ax.superposed.main_way += way
     t = ax.superposed.main_way / process
     covered = superposed_way(ax, t)
-    if ax.coupling.law and covered - ax.superposed.position > room * dt:  # the law jumps
-        ax.superposed.main_way = begin + way * room * dt / (covered - ax.superposed.position)
-        t = ax.superposed.main_way / process
-        covered = superposed_way(ax, t)
-        if covered - ax.superposed.position > room * dt:
+    if ax.coupling.law:  # the law may jump
+        most = room * dt
+        for _ in range(_APPROACHES):
+            added = covered - ax.superposed.position
+            if added <= most * _NEARLY_MORE:
+                break
+            ax.superposed.main_way = begin + (ax.superposed.main_way - begin) * most / added
+            t = ax.superposed.main_way / process
+            covered = superposed_way(ax, t)
+        if covered - ax.superposed.position > most * _NEARLY_MORE:
             ax.superposed.main_way = begin
             t = begin / process
             covered = ax.superposed.position

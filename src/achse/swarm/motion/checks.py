@@ -112,7 +112,8 @@ def _coupled_way(step: MotionStep) -> bool:
     if bend > strength * dt * _MORE + step.pull + _LEAST:
         return True
     way = abs(step.p1 - step.p0 - step.shift - 0.5 * (step.v0 + step.v1) * dt)
-    allowed = 0.5 * bend * dt + strength * dt * dt + 1e-12 * abs(step.p1) + 1e-9
+    allowed = 0.5 * bend * dt + strength * dt * dt + step.hidden
+    allowed += 1e-12 * abs(step.p1) + 1e-9
     return way > allowed
 
 
@@ -144,7 +145,8 @@ def _rest(step: MotionStep) -> bool:
         return False
     if step.bent or step.coupled:
         return False
-    return step.v1 != 0.0 or step.p1 != step.p0 + step.shift
+    moved = abs(step.p1 - step.p0 - step.shift)
+    return step.v1 != 0.0 or not (moved <= 1e-14 * (abs(step.p1) + abs(step.zero)))
 
 
 def _slave_step(step: MotionStep) -> bool:

@@ -77,6 +77,7 @@ def _smooth_as_masters(rows: NcRows, watched: StepRows) -> None:
     for i in range(len(watched.steps)):
         watched.steps[i].bumpy = 0
         watched.steps[i].pulled_jerk = 0.0
+        watched.steps[i].hidden = 0.0
     for n in range(len(rows.order)):
         step = watched.steps[rows.order[n]]
         if step.law and step.smooth:
@@ -85,6 +86,8 @@ def _smooth_as_masters(rows: NcRows, watched: StepRows) -> None:
             step.bumpy = int(jumps or master.bumpy != 0)
             rests = master.phase == 0 and master.phase0 == 0 and master.v0 == 0.0
             step.smooth = int(master.smooth != 0 or rests)
+            mean = 0.5 * (master.v0 + master.v1) * master.dt
+            step.hidden = step.ratio * (abs(master.p1 - master.p0 - mean) + master.hidden)
             if step.law == 1:
                 step.pulled_jerk = abs(step.gear) * max(master.jerk, master.pulled_jerk)
 

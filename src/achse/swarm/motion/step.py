@@ -89,7 +89,13 @@ class MotionStep:
     """Cycles in which the manuals are abrupt: most is not checked."""
     was_closed: int = 0
     was_driven: int = 0
-    """True if an external set point that stands still named a velocity: it contradicts itself."""
+    """True if an external set point moved: its position and velocity may contradict each other."""
+    outer: float = 0.0
+    """Position of the external set point."""
+    ratio: float = 0.0
+    """Largest ratio of the coupling to a master."""
+    hidden: float = 0.0
+    """Way of the master, times the ratio, that its velocities do not say: done within the cycle."""
     was_bent: int = 0
     last_law: int = 0
     first_master: int = 0
@@ -141,7 +147,11 @@ def look(step: MotionStep, ax: AxisFields, rows: NcRows) -> None:
     zero = ax.encoder.set_position_offset
     step.shift = zero - step.zero
     step.zero = zero
-    driven = ax.external_setpoint_active != 0 and ax.external_set.velocity != 0.0
+    outer = ax.external_set.position
+    driven = ax.external_setpoint_active != 0 and (
+        ax.external_set.velocity != 0.0 or outer != step.outer
+    )
+    step.outer = outer
     rough = step.phase in _ROUGH or step.phase0 in _ROUGH or driven or step.was_driven != 0
     step.was_driven = int(driven)
     closed = ax.loop_closed != 0
@@ -237,6 +247,7 @@ def _look_at_masters(step: MotionStep, ax: AxisFields, rows: NcRows) -> None:
         step.speeds[i] = speed
     step.speed_count = count + 1
     ratio = max(abs(coupling.gear), abs(coupling.parameters[0]), abs(coupling.parameters[1]))
+    step.ratio = ratio
     turn = abs(coupling.gear - step.turned) * abs(step.speeds[0])
     step.turned = coupling.gear
     step.pull = ratio * change + turn

@@ -271,3 +271,40 @@ def test_an_oriented_stop_from_rest_is_refused() -> None:
     form = DecouplingType.ORIENTED_STOP
     code = commands.decouple_with_follow_up(slave, form, 5.0)
     assert (NcError.of(code), nc.digest()) == (NcError.DECOUPLING_VELOCITY, before)
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_a_slave_let_go_before_its_law_acts_keeps_its_jerk(seed: int) -> None:
+    """World of motion 7100230: in a last ramp the jerk behind a coupling became twice its own."""
+    dice = random.Random(seed)
+    jerk = 10.0 ** dice.uniform(3.0, 5.0)
+    presets = {
+        "default_jerk": jerk,
+        "controller_following_error_position_monitoring_enable": 0,
+    }
+    axes = [AxisParameters(n, values=VALUES | presets) for n in (1, 2)]
+    nc = Nc(1_000_000, axes, compiled=seed % 2 > 0)
+    nc.cycle(3)
+    master, slave = nc
+    assert commands.universal_start(master, 3, 0.0, 20.0) == 0
+    assert commands.universal_start(slave, 3, 0.0, dice.uniform(5.0, 100.0)) == 0
+    nc.cycle(3000)
+    assert commands.stop(slave) == 0
+    while abs(slave.set_velocity) > 3.0:
+        nc.cycle()
+    while slave.set_jerk <= 0.0:
+        nc.cycle()
+    nc.cycle(dice.randrange(3))
+    if slave.set_velocity == 0.0:
+        return
+    here = master.set_position
+    assert commands.synchronise(slave, 5, 1, 0, 0, 1.0, here + 200.0, 100.0) == 0
+    assert commands.decouple_with_follow_up(slave, dice.choice((0, 2)), 0.0, 5.0) == 0
+    assert commands.stop(slave) == 0
+    commands.reset(slave)
+    a = slave.set_acceleration
+    for _ in range(600):
+        nc.cycle()
+        assert abs(slave.set_acceleration - a) <= 0.001 * jerk * (1.0 + 1e-6) + 1e-9
+        a = slave.set_acceleration
+    assert slave.set_motion_phase == 0

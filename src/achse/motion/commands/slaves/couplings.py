@@ -25,6 +25,9 @@ from achse.motion.states import DecouplingType, SlaveType
 LARGEST_PARAMETER = 1e6
 """Parameters of couplings are up to this, either sign (002 §6.4.4.3)."""
 
+_NEARLY = 1.0 - 1e-9
+"""Of a jerk, so that rounding does not make it another one."""
+
 
 def couple(
     slave: Axis,
@@ -329,12 +332,16 @@ def _rests(slave: Axis) -> bool:
 def _free(slave: Axis) -> None:
     """End all couplings; set values stay what they are.
 
-    The jerk that takes a deceleration away in time is at least that before rest.
+    The jerk that takes a deceleration away in time is at least that before rest. Before the first
+    cycle of a law the deceleration is the slave's own, and so is its jerk.
     """
     slave.release()
     absorb(slave)
+    profile = slave.profile
     v, a = slave.set.velocity, slave.set.acceleration
-    slave.profile.running_jerk = a * a / abs(v) if a * v < 0.0 else 0.0
+    steep = a * a / abs(v) if a * v < 0.0 else 0.0
+    if profile.abrupt or steep * _NEARLY > 2.0 * profile.running_jerk:
+        profile.running_jerk = steep
 
 
 def _run_out(slave: Axis, jerk: float) -> float:
