@@ -12,7 +12,6 @@ from achse.st.lint.options import LintOptions
 from achse.st.syntax.parser import parse
 
 Linted = Callable[..., list[str]]
-Linted = Callable[..., list[Diagnostic]]
 
 
 def declared(text: str) -> Declarations:
