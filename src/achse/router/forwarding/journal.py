@@ -104,13 +104,13 @@ class HandleJournal:
         self._remove(JournalHandle(alias, device, handle))
 
     def forget_client(self, alias: bytes, net_id: bytes) -> None:
-        """No answer comes for a client that holds nothing at the devices of a target."""
+        """Forget a client that has no resource at the devices of a target."""
         for device in list(self._devices_by_client.get(alias, ())):
             if device[:6] == net_id:
                 self._remove(JournalHandle(alias, device, 0))
 
     def forget_device(self, device: bytes) -> None:
-        """A device holds nothing of any client any more."""
+        """Forget a device that has no resource of any client any more."""
         for each in [each for each in self._counts if each.device == device]:
             for _ in range(self._counts[each]):
                 self._remove(each)
@@ -229,22 +229,13 @@ class LinkJournal:
     def __init__(self, journal: HandleJournal, net_id: bytes) -> None:
         self._net_id = net_id
         self._journal = journal
+        self.add_requester = journal.add_requester
+        self.fetched = journal.fetched
+        self.released = journal.released
         self.forget_device = journal.forget_device
 
-    def add_requester(self, alias: bytes, device: bytes) -> None:
-        """Add a client that requests a handle of a device."""
-        self._journal.add_requester(alias, device)
-
-    def fetched(self, alias: bytes, device: bytes, handle: int) -> None:
-        """Add a handle that a device has returned."""
-        self._journal.fetched(alias, device, handle)
-
-    def released(self, alias: bytes, device: bytes, handle: int) -> None:
-        """Note that a device has released a handle, or does not know it."""
-        self._journal.released(alias, device, handle)
-
     def forget_client(self, alias: bytes) -> None:
-        """No answer comes for a client that holds nothing at the target."""
+        """Forget a client that has no resource at the target."""
         self._journal.forget_client(alias, self._net_id)
 
     def handles(self) -> list[tuple[JournalHandle, int]]:
