@@ -250,7 +250,7 @@ class SerialEnd:
         return packets + self._frames(now)
 
     def _spoil(self) -> None:
-        """The first byte begins no frame."""
+        """Discard the first byte: it begins no frame."""
         del self._came[0]
         self.spoiled_frames += 1
 

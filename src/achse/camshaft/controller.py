@@ -106,7 +106,7 @@ class CamController:
     # the cycle -----------------------------------------------------------------------------------
 
     def take_position(self, position: float | None) -> None:
-        """The encoder's position in increments; None or what is not finite is an encoder error."""
+        """Apply the encoder's position in increments; None or infinity is an encoder error."""
         if position is None or not math.isfinite(position) or abs(position) > _INPUT_LIMIT:
             self.record.valid = 0
             return

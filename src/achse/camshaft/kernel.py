@@ -54,7 +54,7 @@ def run_controller(
 
 
 def _take_inputs(c: CamControllerFields) -> None:
-    """Resets at their rising edge, values when they change: else those that were written stay."""
+    """Apply resets at their rising edge and values when they change: else the written ones stay."""
     if _rises(c, CamInput.RESET_IO_ERROR):
         c.io_errors = 0
     if _rises(c, CamInput.RESET_ENCODER_ERROR):
@@ -143,7 +143,7 @@ def _within_turn(angle: float) -> float:
 
 
 def _measure_speed(c: CamControllerFields) -> None:
-    """The mean speed over the window; as far as there is one."""
+    """Compute the mean speed over the window, as far as there is one."""
     c.speed_before = c.speed
     c.speed = 0.0
     if c.recorded > 0:
@@ -163,7 +163,7 @@ def _measure_speed(c: CamControllerFields) -> None:
 
 
 def _watch_shaft(c: CamControllerFields) -> None:
-    """Shaft break and stroke rate; errors stay until they are reset."""
+    """Check for shaft break and stroke rate; errors stay until they are reset."""
     engaged = c.coupled or c.inputs[CamInput.ENGAGED] != 0
     # one increment to and fro is a shaft that is still
     if abs(c.travel - c.stopped_at) > 1.0:
@@ -199,7 +199,7 @@ def _near(way: float, place: float) -> float:
 
 
 def _count_strokes(c: CamControllerFields) -> None:
-    """A stroke begins at 0°, a whole turn away from where the last began: not to and fro there."""
+    """Count a stroke at 0°, if it is a whole turn away from the begin of the last one."""
     c.strokes = 0
     if c.fresh:
         c.way = c.angle
@@ -250,7 +250,7 @@ def _turn_cam(c: CamControllerFields, cam: CamStateFields) -> int:
 
 
 def _see_place(c: CamControllerFields, cam: CamStateFields) -> None:
-    """The angle that counts for the cam: behind the hysteresis, ahead by the dead time."""
+    """Compute the angle that counts for the cam: behind the hysteresis, ahead by the dead time."""
     if not cam.known or c.fresh:
         cam.back = 0.0
         cam.heading = c.direction

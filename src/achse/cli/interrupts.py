@@ -42,7 +42,7 @@ class Interrupted(Exception):
 
 
 def leave_at_once() -> None:
-    """From now on Ctrl-C ends the process, silently, unless it is ignored (a job of a script)."""
+    """Let Ctrl-C end the process silently, unless it is ignored (a job of a script)."""
     if signal.getsignal(signal.SIGINT) is not signal.SIG_IGN:
         with contextlib.suppress(ValueError):  # not the main thread
             signal.signal(signal.SIGINT, _leave)

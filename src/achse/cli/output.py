@@ -13,12 +13,12 @@ def on_terminal() -> bool:
 
 
 def print_json(document: Any) -> None:
-    """One JSON document on one line."""
+    """Print one JSON document on one line."""
     print(dumped(document, sys.stdout), flush=True)
 
 
 def print_event(event: str, what: str = "achse", **facts: str) -> None:
-    """`achse ready tcp=…` for people and scripts, or the same as JSON."""
+    """Print `achse ready tcp=…` for people and scripts, or the same as JSON."""
     if in_json():
         print_json({"event": event, **facts})
     else:
@@ -33,7 +33,7 @@ def visible(text: str) -> str:
 
 
 def print_table(rows: Iterable[Sequence[str]], right: frozenset[int] = frozenset()) -> None:
-    """Columns, two blanks between them; those in `right` end together."""
+    """Print columns, two blanks between them; those in `right` are right-aligned."""
     lines = [[visible(cell) for cell in row] for row in rows]
     widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
     for line in lines:

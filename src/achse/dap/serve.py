@@ -97,7 +97,7 @@ async def serve_tcp(
 
 
 async def _converse(read: "Callable[[], Any]", write: Callable[[dict[str, Any]], None]) -> None:
-    """One editor, from its first byte to its last."""
+    """Serve one editor, from its first byte to its last."""
     frames = FrameReader()
     adapter = Adapter(write)
     try:

@@ -116,7 +116,7 @@ class _Chronicler(Device):
             self._left_out += 1
 
     def sweep(self, now_ns: int) -> None:
-        """Called about once a second."""
+        """Log how many messages were left out; called about once a second."""
         super().sweep(now_ns)
         if self._left_out:
             log.warning(

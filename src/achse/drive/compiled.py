@@ -48,7 +48,7 @@ class Bank:
         return self._row_count - 1
 
     def postpone(self, record: "CompiledRecord") -> None:
-        """The step that is noted in this record waits to be done."""
+        """Postpone the step that is noted in this record."""
         self._postponed_records.append(record)
 
     def settle(self) -> None:

@@ -251,7 +251,7 @@ class Drive:
         return self.firmware.content
 
     def begin_file(self, name: str, password: int) -> None:
-        """Raises `FileRefusal` for what must not be written, or not in this state."""
+        """Raise `FileRefusal` for a file that must not be written, or not in this state."""
         self.firmware.check(name, password)
         if self.firmware.bootstrap and self.state != AlState.BOOT:
             raise FileRefusal(FoeError.BOOTSTRAP_ONLY)
@@ -259,7 +259,7 @@ class Drive:
             raise FileRefusal(FoeError.ILLEGAL, "firmware is written in PreOp")
 
     def write_file(self, name: str, data: bytes) -> None:
-        """Program other firmware, which takes its time; raises `FileRefusal`."""
+        """Program other firmware, which takes its time. Raise `FileRefusal`."""
         self.firmware.program(data)
         self._busy = True
 
@@ -281,7 +281,7 @@ class Drive:
         return self._tx_data.size
 
     def write_outputs(self, data: bytes) -> None:
-        """Outputs of the master, `output_size` bytes; taken over by the next step."""
+        """Store the master's outputs, `output_size` bytes, for the next step."""
         self._outputs = data
 
     def read_inputs(self) -> bytes:
@@ -335,9 +335,10 @@ class Drive:
         return AlStatus.NO_ERROR
 
     def _take_period(self, cycle_ns: int) -> None:
-        """The Sync0 cycle is the communication cycle; in 60C2h 250 µs is 25 and -5, 1 ms 1 and -3.
+        """Accept the Sync0 cycle as communication cycle, in 60C2h too.
 
-        A few cycles have no such form, 2.75 ms for one; 60C2h then stays as it is.
+        There 250 µs is 25 and -5, 1 ms is 1 and -3. A few cycles have no such form, 2.75 ms
+        for one; 60C2h then stays as it is.
         """
         self.record.communication_cycle = cycle_ns * 1e-9
         for exponent in (-3, -4, -5):
@@ -406,7 +407,7 @@ class Drive:
         return compiled
 
     def take_steps(self, outputs: bytes | None) -> None:
-        """Steps were done in the kernel; `outputs` came since the last of them, None: none yet."""
+        """Catch up with the kernel's steps; `outputs` came since the last one, None: none yet."""
         self._outputs, self._inputs = outputs, None
         if self._record.service_request:
             self._service()
@@ -427,7 +428,7 @@ class Drive:
         return AlStatus.NO_ERROR if counter < limit else AlStatus.SYNCHRONIZATION
 
     def _service(self) -> None:
-        """After a step: what the kernel reports and what takes its time."""
+        """Handle what the kernel reports after a step, and what takes its time."""
         record, elapsed_ns = self._record, self._elapsed_ns
         record.service_request = 0
         if record.alarm_count != self._reported_alarms:
@@ -473,7 +474,7 @@ class Drive:
             self._emergencies.append(_EMERGENCY.pack(code, register))
 
     def _go_on_clearing(self) -> None:
-        """3200h: refused while the motor is enabled, failed without a multi-turn encoder."""
+        """Continue 3200h: refused while the motor is enabled, failed without multi-turn encoder."""
         record = self.record
         enabled = PowerState.OPERATION_ENABLED <= record.power_state < PowerState.FAULT
         if enabled:
@@ -557,7 +558,7 @@ class Drive:
             self._take_period(record.sync_cycle)
 
     def _derive(self) -> None:
-        """Parameters whose sensible default depends on the machine."""
+        """Set the parameters whose default depends on the machine."""
         record, machine = self.record, self.machine
         peak = round(1000.0 * machine.motor.peak)
         record.inertia_ratio = min(20_000, machine.inertia_ratio)

@@ -58,7 +58,7 @@ class FaultSwitches:
     def encoder_loss(
         self, on: bool = True, alarm: Alarm = Alarm.ENCODER_COMMUNICATION_ERROR
     ) -> None:
-        """The encoder no longer answers: the motor coasts, the drive reports `alarm`."""
+        """Silence the encoder: the motor coasts, the drive reports `alarm`."""
         self._record.encoder_fault = alarm.code if on else 0
 
     def main_power(self, on: bool) -> None:
@@ -85,26 +85,26 @@ class FaultSwitches:
             record.inputs_off |= bit.value
 
     def overtravel(self, *, positive: bool, on: bool = True) -> None:
-        """A limit switch reports overtravel wherever the machine is."""
+        """Let a limit switch report overtravel wherever the machine is."""
         bit = InputBit.POSITIVE_LIMIT if positive else InputBit.NEGATIVE_LIMIT
         self.input(bit, True if on else None)
 
     def probe(self, on: bool) -> None:
-        """The signal EXT-PROBE1."""
+        """Set the signal EXT-PROBE1."""
         self._record.probe_input = int(on)
 
     def load(self, permille: float) -> None:
-        """External load on the motor, thousandths of rated torque, against positive direction."""
+        """Apply external load, thousandths of rated torque, against positive direction."""
         self._record.external_load = float(permille)
 
     def jam(self, on: bool = True) -> None:
-        """The machine is blocked at its position, or free again."""
+        """Block the machine at its position, or free it again."""
         self._record.jammed = int(on)
 
     def yaw_alarm(self, on: bool = True) -> None:
-        """The other drive of the gantry has an alarm."""
+        """Report an alarm of the gantry's other drive."""
         self._record.yaw_alarm = int(on)
 
     def local_control(self, on: bool = True) -> None:
-        """A user operates the drive at its panel: it leaves communication for Init (0x8000)."""
+        """Operate the drive at its panel: it leaves communication for Init (0x8000)."""
         self._drive.local = on

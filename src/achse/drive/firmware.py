@@ -37,7 +37,7 @@ class Firmware:
         self._left_ns = 0
 
     def check(self, name: str, password: int) -> None:
-        """Raises `FileRefusal` for another name or password."""
+        """Raise `FileRefusal` for another name or password."""
         if name != self.name:
             raise FileRefusal(FoeError.NOT_FOUND, f"the file is {self.name}")
         if password != self.password:
@@ -60,7 +60,7 @@ class Firmware:
         return len(self._new) - -(-self._left_ns // _NS_PER_BYTE), len(self._new)
 
     def advance(self, elapsed_ns: int) -> None:
-        """Time passes."""
+        """Advance the time that programming takes."""
         if not self._new:
             return
         self._left_ns = max(self._left_ns - elapsed_ns, 0)

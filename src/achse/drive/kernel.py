@@ -28,7 +28,7 @@ _WARNING = 0x0080
 
 
 def cycles(drives: Sequence[DriveFields], dt: float, count: int) -> None:
-    """`count` cycles of `dt` seconds of every drive, in the order of the records."""
+    """Run `count` cycles of `dt` seconds of every drive, in the order of the records."""
     for i in range(len(drives)):
         for _ in range(count):
             cycle(drives[i], dt)
@@ -60,7 +60,7 @@ def cycle(d: DriveFields, dt: float) -> None:
 
 
 def _power(d: DriveFields) -> None:
-    """Alarms and the power state, with what each transition does."""
+    """Evaluate alarms and the power state, with what each transition does."""
     cause = present_cause(d)
     alarm = d.alarm_request
     if alarm == 0 and cause != 0 and (d.power_state <= QUICK_STOP or cause != d.error_code):
@@ -92,7 +92,7 @@ def _power(d: DriveFields) -> None:
 
 
 def _measure(d: DriveFields) -> None:
-    """Actual and demanded values as the objects show them; position counters have 32 bits."""
+    """Update actual and demanded values of the objects; position counters have 32 bits."""
     inc = d.inc_per_count
     offset = d.active_home_offset
     count = math.floor(d.motor_position + 0.5) - d.encoder_zero
@@ -123,7 +123,7 @@ def _shown(velocity: float) -> int:
 
 
 def _show(d: DriveFields) -> None:
-    """Error register, software state and statusword."""
+    """Update error register, software state and statusword."""
     d.software_state = d.gantry_state | d.homing_running << 3 | d.position_trigger << 4
     d.error_register = 1 if d.present_alarm else 0
     word = _WORDS[d.power_state]

@@ -77,7 +77,7 @@ def enter_mode(d: DriveFields) -> None:
 
 
 def switch_off(d: DriveFields) -> None:
-    """The drive function is off: no torque, nothing left to do."""
+    """Switch the drive function off: no torque, no motion left."""
     d.control = CONTROL_OFF
     d.speed_exceeded = 0
     d.overtravel_stop = 0
@@ -86,7 +86,7 @@ def switch_off(d: DriveFields) -> None:
 
 
 def generate(d: DriveFields, dt: float) -> None:
-    """The set point of this cycle."""
+    """Generate the set point of this cycle."""
     state = d.power_state
     if (
         d.mode_display == HM
@@ -105,7 +105,7 @@ def generate(d: DriveFields, dt: float) -> None:
 
 
 def _enabled(d: DriveFields, dt: float) -> None:
-    """The mode's set point, unless it moves into a limit switch: that ends motion with 6085h."""
+    """Generate the mode's set point; one into a limit switch ends motion with 6085h."""
     limits = d.digital_inputs & (POSITIVE_LIMIT | NEGATIVE_LIMIT)
     mode = d.mode_display
     if limits == 0 or mode == HM:
@@ -161,7 +161,7 @@ def _command(d: DriveFields, dt: float) -> None:
 
 
 def _ramp_down(d: DriveFields, dt: float) -> None:
-    """Quick stop and fault reaction: down with 6085h as it was when the stop began."""
+    """Decelerate with 6085h as it was when the quick stop or fault reaction began."""
     if d.power_state == REACTION and (
         d.fault_reaction_option == _COAST or not supply_ready(d) or d.encoder_fault
     ):
@@ -191,7 +191,7 @@ def _ramp_down(d: DriveFields, dt: float) -> None:
 
 
 def report(d: DriveFields, dt: float) -> None:
-    """Bits 10, 12 and 13 of the statusword."""
+    """Set bits 10, 12 and 13 of the statusword."""
     mode = d.mode_display
     if mode == CSP:
         cyclic_position.report(d, dt)

@@ -185,7 +185,7 @@ def _rests(d: DriveFields) -> bool:
 
 
 def take_over(d: DriveFields) -> None:
-    """The set point is where the motor is, and so is its velocity: nothing jumps."""
+    """Start the set point at the motor's position and velocity: nothing jumps."""
     count = math.floor(d.motor_position + 0.5) - d.encoder_zero
     d.demand = count * d.inc_per_count + d.active_home_offset
     d.demand_velocity = 0.0

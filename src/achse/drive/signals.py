@@ -76,7 +76,7 @@ def read_inputs(d: DriveFields) -> None:
 
 
 def write_outputs(d: DriveFields) -> None:
-    """Terminals O1..O5 (bits 16..20) and the brake.
+    """Drive the terminals O1..O5 (bits 16..20) and the brake.
 
     A request of 60FEh:01 passes the mask of 60FEh:02 and is ORed with the status output assigned
     to the terminal. The brake follows the drive; with the servo off its terminal releases it too.

@@ -65,7 +65,7 @@ def present_cause(d: DriveFields) -> int:
 
 
 def watch_motor(d: DriveFields, dt: float) -> None:
-    """Thermal load, safety inputs and position deviation."""
+    """Check thermal load, safety inputs and position deviation."""
     if d.motor_torque != 0.0 or d.thermal_load > 0.0:
         square = d.motor_torque * d.motor_torque
         d.thermal_load = max(0.0, d.thermal_load + (square - 1e6) * dt)
@@ -79,7 +79,7 @@ def watch_motor(d: DriveFields, dt: float) -> None:
 
 
 def watch(d: DriveFields, dt: float) -> None:
-    """Following error (bit 13 of pp and csp), position window, warnings."""
+    """Check following error (bit 13 of pp and csp), position window and warnings."""
     deviation = abs(d.following_error)
     if d.following_error_window == 0 or deviation > d.following_error_window:
         d.following_error_time += dt

@@ -107,7 +107,7 @@ class VirtualDrive(Drive):
             raise DriveTimeout(f"fault {self.record.error_code:#06x} stays: {self!r}")
 
     def move_to(self, position: int, *, relative: bool = False, seconds: float = 60.0) -> None:
-        """A whole move in pp, with its handshake, until target reached."""
+        """Do a whole move in pp, with its handshake, until target reached."""
         self.put(0x607A, position)
         self.control(0x0F)
         self.control(0x5F if relative else 0x1F)
@@ -115,7 +115,7 @@ class VirtualDrive(Drive):
         self.wait(lambda: self.statusword & 0x0400, seconds, "target reached")
 
     def home(self, method: int, *, offset: int = 0, seconds: float = 60.0) -> None:
-        """A whole homing in hm, until it is done; `DriveTimeout` also on a homing error."""
+        """Do a whole homing in hm. Raise `DriveTimeout`, also on a homing error."""
         self.put(0x6098, method)
         self.put(0x607C, offset)
         self.control(0x0F)

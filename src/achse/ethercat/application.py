@@ -131,7 +131,7 @@ class Application(Protocol):
         ...
 
     def write_outputs(self, data: bytes) -> None:
-        """Outputs came, `output_size` bytes; called in Op only, once for each SM2 event."""
+        """Accept outputs, `output_size` bytes; called in Op only, once for each SM2 event."""
         ...
 
     def read_inputs(self) -> bytes:
@@ -238,7 +238,7 @@ class FileApplication(Protocol):
         ...
 
     def begin_file(self, name: str, password: int) -> None:
-        """Refuses a file that must not be written."""
+        """Refuse a file that must not be written."""
         ...
 
     def write_file(self, name: str, data: bytes) -> None:

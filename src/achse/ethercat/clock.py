@@ -81,7 +81,7 @@ class DistributedClock:
         self._sync1_period = 0
 
     def reset(self) -> None:
-        """Registers are at their defaults: take them over."""
+        """Apply the registers' defaults."""
         self._offset = self._delay = 0
         self._correction = self._rate = self._difference = 0
         self.astray = False
@@ -112,7 +112,7 @@ class DistributedClock:
         self._move()
 
     def jump(self, by_ns: int) -> None:
-        """The local time is another at once; SYNC0 comes at the next of its times."""
+        """Change the local time at once; SYNC0 comes at the next of its times."""
         self.offset_ns += by_ns
         self._jumped = True
         if self._next_sync0 is not None and self.cycle_ns:
@@ -137,7 +137,7 @@ class DistributedClock:
         return now_ns + self._own_offset + drift + self._offset + self._correction & _U64
 
     def registers_written(self) -> None:
-        """System time offset or delay is written: offset and delay of the system time."""
+        """Apply system time offset or delay, which have been written."""
         memory = self._memory
         self._offset = Register.SYSTEM_TIME_OFFSET.get(memory)
         self._delay = Register.SYSTEM_TIME_DELAY.get(memory)
@@ -148,7 +148,7 @@ class DistributedClock:
         return self.system_time(self.time.now_ns + self.arrival_ns)
 
     def latch_receive_times(self) -> None:
-        """A frame writes receive time port 0: note when it passes each port and the unit."""
+        """Note when the frame that writes receive time port 0 passes each port and the unit."""
         memory = self._memory
         jitter = self._dice.randint(-self.jitter_ns, self.jitter_ns) if self.jitter_ns else 0
         now_ns = self.time.now_ns + jitter
@@ -161,7 +161,7 @@ class DistributedClock:
         Register.RECEIVE_TIME_UNIT.set(memory, local)
 
     def feed(self, data: bytes | bytearray) -> None:
-        """The reference time passes by, as a write: compare, and steer the system time."""
+        """Compare the reference time of a passing write, and steer the system time."""
         self.compare(int.from_bytes(data, "little"), 8 * len(data))
 
     def compare(self, reference: int, bits: int = 64) -> bool:
@@ -185,7 +185,7 @@ class DistributedClock:
         return self._drift_ppb != 0
 
     def restart_loop(self) -> None:
-        """The speed counter start is written: the time loop forgets what it learned."""
+        """Reset the time loop: the speed counter start has been written."""
         self._rate = self._difference = 0
         self.astray = False
 
@@ -210,7 +210,7 @@ class DistributedClock:
     # SYNC0
 
     def activate(self) -> None:
-        """Activation is written: arm SYNC0 for its start time, which must be in the future."""
+        """Arm SYNC0 for its start time, which must be in the future: activation was written."""
         memory = self._memory
         self.cycle_ns = 0
         self._next_sync0 = self._next_sync1 = None
@@ -224,7 +224,7 @@ class DistributedClock:
         self._move()
 
     def _activate_sync1(self, start: int) -> None:
-        """SYNC1 follows a SYNC0 event by its cycle time; the next SYNC0 behind it starts again."""
+        """Arm SYNC1: it follows a SYNC0 event by its cycle time; the next SYNC0 starts it again."""
         delay = Register.SYNC1_CYCLE.get(self._memory)
         self._sync1_period = (delay // self.cycle_ns + 1) * self.cycle_ns
         self._next_sync1 = start + delay
@@ -235,7 +235,7 @@ class DistributedClock:
         return self._memory[Register.ACTIVATION] & (_CYCLIC | _SYNC0) == _CYCLIC | _SYNC0
 
     def _move(self) -> None:
-        """The next event is at another time than it was."""
+        """Note another time of the next event."""
         self.time.changes += 1
         self._schedule()
         self._reschedule()
@@ -262,7 +262,7 @@ class DistributedClock:
         return self.sync0_due_ns
 
     def refresh_start(self) -> None:
-        """While they run, start time and next SYNC1 are those of the next events."""
+        """Update start time and next SYNC1 to the next events, while they run."""
         if self._next_sync0 is not None:
             Register.START_TIME.set(self._memory, self._next_sync0 & _U64)
         if self._next_sync1 is not None:
@@ -320,7 +320,7 @@ class DistributedClock:
         return bool(Register.LATCH_STATUS.get(self._memory) & 0x0303)
 
     def latch_times_read(self, first: int, end: int) -> None:
-        """The master read `first` to `end` - 1: times whose first byte it read are released."""
+        """Release the times whose first byte the master read with `first` to `end` - 1."""
         for slot in range(4):
             if first <= Register.LATCH_TIMES + 8 * slot < end:
                 self._memory[Register.LATCH_STATUS + slot // 2] &= ~(1 << slot % 2)

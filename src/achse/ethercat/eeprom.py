@@ -50,7 +50,7 @@ class Eeprom:
         return bool(self._memory[Register.EEPROM_CONFIGURATION] & 1)
 
     def command(self, first: int, end: int) -> None:
-        """Registers `first` to `end` - 1 have been written; do what control requests."""
+        """Do what control requests: registers `first` to `end` - 1 have been written."""
         if first >= _ADDRESS or end <= COMMAND:
             self._set_status()
             return

@@ -128,7 +128,7 @@ class Esc:
         self._update_irq()
 
     def power_up(self) -> None:
-        """Registers at their defaults, configuration area taken over from the EEPROM."""
+        """Set registers to their defaults, and load the configuration area from the EEPROM."""
         memory = self.memory
         memory[:] = bytes(_MEMORY_SIZE)
         for register in Register:
@@ -319,7 +319,7 @@ class Esc:
         Register.WATCHDOG_COUNTERS,
     )
     def _counters_written(self, first: int, end: int) -> None:
-        """A write clears all counters of the register, whatever it writes and where."""
+        """Clear all counters of the register, whatever is written and where."""
         register = max(each for each in Register if each <= first)
         register.set(self.memory, 0)
 
@@ -544,7 +544,7 @@ class Esc:
         self._update_irq()
 
     def latch(self, unit: int, rising: bool) -> None:
-        """An edge at latch input 0 or 1."""
+        """Latch an edge at latch input 0 or 1."""
         if self.clock.latch(unit, rising):
             self._raise_event(_EVENT_LATCH)
 
@@ -581,7 +581,7 @@ class Esc:
         self.memory[Register.PROCESS_WATCHDOG_STATUS] = not expired
 
     def pdi_alive(self, alive: bool = True) -> None:
-        """The device did something, or nothing for longer than its watchdog allows."""
+        """Update the PDI watchdog: the device did something, or nothing for too long."""
         if not alive and self.memory[Register.DL_STATUS] & _PDI_WATCHDOG:
             self.count(Register.WATCHDOG_COUNTERS + 1)
             self.memory[Register.DL_STATUS] &= ~_PDI_WATCHDOG
@@ -596,4 +596,4 @@ def _nothing() -> None:
 
 
 def _plain(first: int, end: int) -> None:
-    """The register only keeps its value."""
+    """Do nothing: the register only keeps its value."""

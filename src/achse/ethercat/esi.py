@@ -222,7 +222,7 @@ def _profile(element: ElementTree.Element, description: SlaveDescription, profil
 def _object(
     objects: ElementTree.Element, types: ElementTree.Element, described: ObjectDescription
 ) -> None:
-    """An object, and for one with subindices the data type that lists them."""
+    """Write an object, and for one with subindices the data type that lists them."""
     first = described.entries[0]
     if described.code == ObjectCode.VAR:
         type_name, bits = _type_name(first.data_type, first.bits), first.bits
@@ -263,7 +263,7 @@ def _item_name(entry: ObjectEntry) -> str:
 
 
 def _values(info: ElementTree.Element, entry: ObjectEntry) -> None:
-    """Limits and default: bytes as they travel, which leaves no doubt about signs; text is text."""
+    """Write limits and default as bytes on the wire, which have no sign; text is text."""
     if _type_name(entry.data_type, entry.bits).startswith("STRING"):
         if entry.default:
             _sub(info, "DefaultString", entry.default.decode("ascii", "replace"))

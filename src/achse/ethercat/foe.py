@@ -41,7 +41,7 @@ class FoeServer:
         self._leave()
 
     def _leave(self) -> None:
-        """No file is under way."""
+        """End the transfer: no file is under way."""
         self._reading: bytes | None = None
         self._writing: bytearray | None = None
         self._name = ""

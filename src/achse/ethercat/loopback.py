@@ -109,7 +109,7 @@ class Loopback:
             self._outputs = bytes(outputs)
 
     def write_outputs(self, data: bytes) -> None:
-        """Outputs from the master."""
+        """Accept outputs from the master."""
         self._outputs = data
 
     def read_inputs(self) -> bytes:

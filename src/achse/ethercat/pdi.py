@@ -35,7 +35,7 @@ class Pdi(Protocol):
     """The device behind a slave controller, notified of the master's accesses."""
 
     def al_control(self, request: int) -> None:
-        """AL control was written; bits 0..3 state, 4 acknowledge, 5 identification."""
+        """Handle a write to AL control: bits 0..3 state, 4 acknowledge, 5 identification."""
         ...
 
     def sync_manager_changed(self, number: int) -> None:
@@ -55,7 +55,7 @@ class Pdi(Protocol):
         ...
 
     def timing_changed(self) -> None:
-        """SYNC0 or the watchdog was set, or the next SYNC0 event has moved."""
+        """Note that SYNC0 or the watchdog was set, or the next SYNC0 event has moved."""
         ...
 
     def reset(self) -> None:

@@ -373,7 +373,7 @@ class Segment:
         return buffer
 
     def _pass(self, offset: int, frame: bytes, buffer: bytearray) -> None:
-        """One datagram."""
+        """Process one datagram."""
         if _LRD <= frame[offset] <= _LRW:
             self._logical(offset, frame, buffer)
         else:

@@ -132,7 +132,7 @@ class Slave:
     # AL control: requests of the master
 
     def al_control(self, request_word: int) -> None:
-        """The master requests a state (`Pdi`)."""
+        """Process the state that the master requests (`Pdi`)."""
         if self._hung:
             self._pending_request = request_word
             return
@@ -196,7 +196,7 @@ class Slave:
         self._settle(target, code)
 
     def _settle(self, state: AlState, code: AlStatus) -> None:
-        """Be in `state`: let its SyncManagers work, show state and code."""
+        """Enter `state`: let its SyncManagers work, show state and code."""
         before = self.state
         self.state = state
         self.error = code
@@ -274,7 +274,7 @@ class Slave:
     # process data
 
     def _preview(self, number: int, data: bytes) -> None:
-        """Outputs came in SafeOp: they are kept, and the application does not see them."""
+        """Store outputs that came in SafeOp, without passing them to the application."""
         self._outputs[number] = data
         self._fed_ns = self._time.now_ns
         if self._opening and self._outputs_valid:
@@ -309,7 +309,7 @@ class Slave:
             self._serve()
 
     def looked_at(self, number: int) -> None:
-        """The master looks for a message: an emergency may have come up (`Pdi`)."""
+        """Offer an emergency that may have come up: the master polls for a message (`Pdi`)."""
         if number == self._mailbox_in:
             quiet = self._quiet is not None and self._quiet.is_quiet
             if not quiet or self._message is not None or self._mailbox.waiting:
@@ -335,7 +335,7 @@ class Slave:
             esc.put(self._mailbox_in, next_message)
 
     def _send_own(self) -> None:
-        """Emergencies, else a message of the application, wait for the master."""
+        """Put an emergency, else a message of the application, into the mailbox."""
         mailbox = self._mailbox
         while not mailbox.waiting and (emergency := self.application.take_emergency()) is not None:
             mailbox.send(MailboxProtocol.COE, CoeServer.emergency(emergency))
@@ -365,7 +365,7 @@ class Slave:
                 self._fall(code)
 
     def timing_changed(self) -> None:
-        """SYNC0 or the watchdog was set, or the next SYNC0 event has moved (`Pdi`)."""
+        """Apply new times: SYNC0 or the watchdog was set, or the next SYNC0 event moved (`Pdi`)."""
         self._plan_steps()
 
     def reset(self) -> None:
@@ -381,7 +381,7 @@ class Slave:
         self.esc.power_up()
 
     def hang(self, on: bool = True) -> None:
-        """The device's program hangs, or goes on.
+        """Let the device's program hang, or continue.
 
         The controller answers as before: frames pass and count, registers are read, the last
         inputs are sent. Requests, messages and outputs wait, and the PDI watchdog expires.
@@ -456,7 +456,7 @@ class Slave:
         return in_step and self.exchanges_only
 
     def skip(self, elapsed_ns: int, ahead_ns: int = 0) -> None:
-        """Whole cycles have passed, whose steps another kernel did: with outputs, on time.
+        """Count whole cycles whose steps another kernel did: with outputs, on time.
 
         Steps were done for `ahead_ns` more.
         """
@@ -481,7 +481,7 @@ class Slave:
             self._patience_ns = self.esc.watchdog_ns
 
     def _switch_off(self) -> None:
-        """The watchdog of a controller without a program: outputs are off until the next ones."""
+        """Switch outputs off until the next ones: watchdog of a controller without a program."""
         for buffer in self._output_buffers:
             buffer.writer()(bytes(buffer.size()))
             self.esc.sync_managers[buffer.number].sink = partial(self._switch_on, buffer.number)
@@ -489,7 +489,7 @@ class Slave:
         self.esc.remapped()
 
     def _switch_on(self, number: int, data: bytes) -> None:
-        """Outputs come again."""
+        """Switch outputs on: they come again."""
         self.esc.set_watchdog(expired=False)
         self._open_process_data()
         sink = self.esc.sync_managers[number].sink
@@ -498,7 +498,7 @@ class Slave:
         self._plan_steps()
 
     def _outputs_missing(self) -> None:
-        """No outputs came in time: in Op the watchdog expires, on the way to Op it is refused."""
+        """Handle missing outputs: in Op the watchdog expires, on the way to Op it is refused."""
         if self.state is AlState.OP:
             self.esc.set_watchdog(expired=True)
             if self._emulated:

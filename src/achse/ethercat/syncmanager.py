@@ -125,14 +125,14 @@ class SyncManager:
         return self.buffered or self.full != write
 
     def write(self, offset: int, data: bytes | bytearray) -> None:
-        """The master writes a part; the last byte completes the buffer."""
+        """Write the master's part; the last byte completes the buffer."""
         end = offset + len(data)
         self._writing[offset:end] = data
         if end == self.length:
             self.complete(bytes(self._writing))
 
     def complete(self, data: bytes) -> None:
-        """The master wrote a whole buffer or message."""
+        """Complete a buffer or message that the master wrote."""
         self._newest = data
         self.full = not self.buffered
         self.events = _WRITE_EVENT

@@ -111,14 +111,14 @@ class Terminal:
         return entry.default or b""
 
     def write_object(self, index: int, subindex: int, data: bytes) -> None:
-        """Nothing is written by SDO."""
+        """Refuse: no object is written by SDO."""
         entry_of(self._objects, index, subindex)
         raise SdoAbort(AbortCode.READ_ONLY)
 
     # process data and states
 
     def write_outputs(self, data: bytes) -> None:
-        """Outputs from the master."""
+        """Accept outputs from the master."""
         self.output_image = data
 
     def read_inputs(self) -> bytes:

@@ -135,7 +135,7 @@ class DriveFaults:
                     active.undos[slave] = undo
 
     def _disturb(self, active: ActiveDriveFault, fault: CableFault) -> None:
-        """Faults of the frames, which the segment counts by itself."""
+        """Disturb frames; the segment counts them by itself."""
         segment = self._segment
         disturbance = segment.disturbance = segment.disturbance or Disturbance()
         fault.disturb(disturbance, fault.count or ENDLESS)

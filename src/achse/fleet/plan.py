@@ -360,7 +360,7 @@ def _host_and_port(text: str) -> tuple[str, int]:
 
 
 def _merge(document: dict[str, Any], changes: Mapping[str, Any]) -> None:
-    """Tables are merged, lists of tables by `id`; all else replaces what is there."""
+    """Merge tables, and lists of tables by `id`; all else replaces what is there."""
     for key, value in changes.items():
         there = document.get(key)
         if isinstance(there, dict) and isinstance(value, dict):
@@ -392,7 +392,7 @@ def _filled(value: Any, station: FleetStation) -> Any:
 
 
 def _count_up(document: Mapping[str, Any], number: int) -> None:
-    """Each station on this computer has ports of its own; 0 takes free ones."""
+    """Count the ports up: each station on this computer has ports of its own; 0 takes free ones."""
     for table, key in _PORTS:
         there = document.get(table)
         if isinstance(there, dict) and isinstance(there.get(key), int) and there[key] > 0:

@@ -213,7 +213,7 @@ class FleetSupervisor:
         process.ready.set()
 
     async def _pause(self, process: FleetProcess, seconds: float) -> None:
-        """So long, or until an order comes."""
+        """Wait so long, or until an order comes."""
         waiting = [
             asyncio.create_task(process.go_on.wait()),
             asyncio.create_task(self._stopping.wait()),

@@ -164,7 +164,7 @@ class UnitServer:
             self._reply(Reply.DONE, b"", theirs.fileno())
 
     def _park(self, ours: socket.socket, theirs: socket.socket, elapsed: float) -> None:
-        """Be a saved state until the channel ends; returns in the process that goes on from it."""
+        """Wait as a saved state until the channel ends; return in the process that continues."""
         self.channel.close()
         theirs.close()
         self.channel = ours

@@ -267,7 +267,7 @@ class _Table:
             ]
 
     def add_process_image(self) -> None:
-        """Located variables: %I are inputs unless a terminal writes them, %Q are outputs."""
+        """Add located variables: %I are inputs unless a terminal writes them, %Q are outputs."""
         for port, device in self._plcs.items():
             taken = self._written_bytes(port)
             linked, written = self._linked(), self._written_names()
@@ -293,7 +293,7 @@ class _Table:
                 self._add(f"{_NC_PORT}:Axes.{axis.name}.{name}", "output")
 
     def choose(self, pattern: str, causality: Any) -> None:
-        """Symbols that a name or a pattern with `*` means. Raises ExportError."""
+        """Choose the symbols that a name or a pattern with `*` means. Raise ExportError."""
         ports, name = self._ports_of(pattern)
         symbols = [
             f"{port}:{each}"

@@ -172,7 +172,7 @@ class ArrayType(IecType[list[Any]], Generic[V]):
         buffer[offset : offset + self.size] = self.encode(value)
 
     def initialise(self, buffer: Buffer, offset: int, value: object) -> None:
-        """Elements that a mapping describes in part stay otherwise as the outer type has them."""
+        """Encode the elements; the rest of those described in part is as the outer type has it."""
         flat: list[object] = []
         if not (self.count and self.element.is_view and isinstance(value, list | tuple)):
             self.write(buffer, offset, value)

@@ -280,7 +280,7 @@ class StructType(IecType[R], Generic[R]):
         return bytes(memory)
 
     def initialise(self, buffer: Buffer, offset: int, value: object) -> None:
-        """As `encode`, but members that a mapping leaves out stay as the outer type has them."""
+        """Encode, but leave members that a mapping omits as the outer type has them."""
         if not isinstance(value, Mapping):
             self.write(buffer, offset, value)
             return

@@ -97,7 +97,7 @@ class Editor:
             self.projects.close(file)
 
     def update(self) -> None:
-        """Have the projects check what changed since."""
+        """Let the projects check what changed since."""
         if not self._changed:
             return
         changed, self._changed = self._changed, {}

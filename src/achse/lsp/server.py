@@ -271,7 +271,7 @@ def _add_lifecycle(server: LspServer) -> None:
 
 
 def _watch_files(server: LspServer) -> None:
-    """Have the client report files that change on disk, if it can."""
+    """Let the client report files that change on disk, if it can."""
     workspace = server.client_capabilities.workspace
     watching = None if workspace is None else workspace.did_change_watched_files
     if watching is None or not watching.dynamic_registration:

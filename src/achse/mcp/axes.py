@@ -25,7 +25,7 @@ async def command(
     wait: bool,
     patience: float,
 ) -> None:
-    """Have an axis do something, and wait for its end. Raises AdsError, ValueError."""
+    """Command an axis, and wait for the end. Raise AdsError, ValueError."""
     match action:
         case "state":
             return

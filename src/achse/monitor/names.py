@@ -64,7 +64,7 @@ class Names:
         return self._symbols.setdefault(device, KnownSymbols())
 
     def alias(self, device: bytes, other: bytes) -> None:
-        """A device is reached by another address as well."""
+        """Add another address by which a device is reached."""
         self._symbols[other] = self.learn(device)
 
     def text_of(self, data: bytes, type: IecType[Any] | None, layout: str) -> str:

@@ -71,7 +71,7 @@ class KnownSymbols:
     # learning --------------------------------------------------------------------------------
 
     def learn_symbol(self, entry: SymbolEntry) -> None:
-        """A symbol with its place, size and type."""
+        """Learn a symbol with its place, size and type."""
         _keep(self._entries, fold(entry.name), entry)
         if entry.index_group:
             _keep(self._places.setdefault(entry.index_group, {}), _place(entry), entry)
@@ -79,14 +79,14 @@ class KnownSymbols:
         self._type_by_name.clear()
 
     def learn_types(self, entries: Iterable[DataTypeEntry]) -> None:
-        """Types that are not elementary."""
+        """Learn types that are not elementary."""
         for entry in entries:
             if entry.name and (len(self._types) < _MOST or entry.name in self._types):
                 self._types.add(entry)
         self._type_by_name.clear()
 
     def learn_handle(self, name: str, data: bytes) -> None:
-        """The answer to 0xF003: a handle, and the type if the client asked for it."""
+        """Learn from the answer to 0xF003: a handle, and the type if the client requested it."""
         if len(data) < _LENGTH.size:
             return
         _keep(self._handles, _LENGTH.unpack_from(data)[0], name)
@@ -97,13 +97,13 @@ class KnownSymbols:
             self.learn_symbol(SymbolEntry(name, type_name, 0, 0, size, adst))
 
     def learn_place(self, name: str, data: bytes) -> None:
-        """The answer to 0xF007: group, offset and size, but no type."""
+        """Learn from the answer to 0xF007: group, offset and size, but no type."""
         if len(data) == _PLACE.size and fold(name) not in self._entries:
             group, offset, size = _PLACE.unpack(data)
             self.learn_symbol(SymbolEntry(name, "", group, offset, size, 0))
 
     def learn_info(self, data: bytes) -> None:
-        """The answer to 0xF00F: how texts are coded and how long pointers are."""
+        """Learn from the answer to 0xF00F: how texts are coded and how long pointers are."""
         try:
             info = UploadInfo.decode(data)
         except IecDecodeError:
@@ -113,7 +113,7 @@ class KnownSymbols:
             self._types.pointer_size = 4
 
     def learn_table(self, client: bytes, group: int, offset: int, data: bytes) -> None:
-        """An upload (0xF00B, 0xF00E) or a piece of one, or single entries (0xF009, 0xF011)."""
+        """Learn from an upload or its part (0xF00B, 0xF00E), or from entries (0xF009, 0xF011)."""
         if offset & _PIECE:
             data = self._joined(client, group, offset & ~_PIECE, data)
         if group in (ReservedGroup.TYPE_TABLE, ReservedGroup.TYPE_ENTRY_BY_NAME):
@@ -130,7 +130,7 @@ class KnownSymbols:
         self.learn_types(entry for entry in other._types if entry.name not in self._types)
 
     def learn_version(self, data: bytes) -> None:
-        """The symbol version (0xF008): with another one, all that was known is out of date."""
+        """Learn the symbol version (0xF008): another one makes all that was known out of date."""
         if self._version not in (None, data):
             for known in (
                 self._entries,

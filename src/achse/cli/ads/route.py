@@ -230,7 +230,7 @@ def add(
 
 
 def _make_us_known(host: str, user: str, password: str, in_json: bool) -> None:
-    """First contact by Secure ADS."""
+    """Make first contact by Secure ADS."""
     from achse.cli.install.certificate import connect_first, secure_target
 
     target = secure_target(host)

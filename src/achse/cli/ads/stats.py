@@ -128,7 +128,7 @@ def _print_clients(clients: list[dict[str, Any]]) -> None:
 
 
 def _print_buses(buses: list[dict[str, Any]]) -> None:
-    """Frames and round trips of each bus, and what is wrong with it."""
+    """Print frames and round trips of each bus, and what is wrong with it."""
     heads = ("interface", "slaves", "in Op", "frames", "lost", "wrong", "mean µs", "99 %", "most")
     rows = [("bus", *heads)]
     for bus in buses:

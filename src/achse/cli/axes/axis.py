@@ -286,7 +286,7 @@ def _start_type(
 
 
 def draw(course: "Course", wanted: bool) -> None:
-    """The picture of it."""
+    """Draw the move."""
     if wanted:
         from rich.console import Console
 
@@ -295,7 +295,7 @@ def draw(course: "Course", wanted: bool) -> None:
 
 
 def _report(item: "NcAxis", course: "Course", drawn: bool) -> None:
-    """The move in a sentence, and in a picture."""
+    """Print the move in a sentence, and draw it."""
     trace, unit = course.trace, item.unit
     begin, end = (decimal(trace["actual_position"][place], 3) for place in (0, -1))
     draw(course, drawn)

@@ -249,7 +249,7 @@ async def check(
 
 
 def _report(broken: "list[Violation]", unit: str) -> None:
-    """Each limit that is broken, in a sentence."""
+    """Print each limit that is broken, in a sentence."""
     for each in broken:
         places = ", ".join(f"{begin:.6g}…{end:.6g}" for begin, end in each.spans[:3])
         where = f", at master {places}" if places else ""

@@ -110,7 +110,7 @@ class Curve:
         return text
 
     def save(self, file: Path, limits: SlaveLimits, unit: str, title: str) -> None:
-        """The picture as SVG, PNG or PDF, by the ending of the file."""
+        """Write the picture as SVG, PNG or PDF, by the ending of the file."""
         broken = self.violations(limits)
         quantities = [
             Quantity(

@@ -127,7 +127,7 @@ def _options(
     ] = True,
     in_json: Json = False,
 ) -> None:
-    """Options of each command that serves slaves."""
+    """Accept the options of each command that serves slaves."""
 
 
 def _serve_slaves(

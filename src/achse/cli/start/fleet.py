@@ -441,7 +441,7 @@ async def _carry(supervisor: "FleetSupervisor", order: str, details: Mapping[str
 
 
 async def _show(plan: "FleetPlan", supervisor: "FleetSupervisor") -> None:
-    """A live table for people; for programs a line when all are ready."""
+    """Show a live table for people; for programs a line when all are ready."""
     if on_terminal():
         from rich.live import Live
 

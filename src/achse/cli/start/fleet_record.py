@@ -80,7 +80,7 @@ _locked_files: list[int] = []
 
 
 def _place(being_made: Path, file: Path, name: str) -> None:
-    """Of two that start at the same time one gets the name."""
+    """Write the record; of two fleets that start at the same time one gets the name."""
     try:
         os.link(being_made, file)
     except FileExistsError:

@@ -70,7 +70,7 @@ async def web(
 
 
 def print_web(server: "WebServer") -> None:
-    """The address to open, as a line of its own."""
+    """Print the address to open, as a line of its own."""
     print_event("web", url=server.url)
 
 

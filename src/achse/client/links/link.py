@@ -72,7 +72,7 @@ class LinkUser(Protocol):
         ...
 
     def buffer_changed(self, link: "ClientLink", full: bool) -> None:
-        """The way out is full, or has room again."""
+        """Note that the write buffer is full, or has room again."""
         ...
 
 

@@ -58,7 +58,7 @@ class SerialLink(asyncio.Protocol):
             self._user.lost(self, str(exc or "the serial port is gone"))
 
     def _changed(self) -> None:
-        """Requests wait in the session while the line has two seconds of work."""
+        """Let requests wait in the session while the line has two seconds of work."""
         assert self._carrier is not None
         limit = self._carrier.congested_at
         full = self._carrier.unsent > (limit // 2 if self._full else limit)

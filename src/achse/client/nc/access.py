@@ -116,7 +116,7 @@ class AxisAccess:
             raise
 
     def _forget(self) -> None:
-        """The NC may have been restarted with other axes: a name has to be looked up again."""
+        """Forget the looked-up names: the NC may have been restarted with other axes."""
         if isinstance(self._which, str):
             self._id = None
 

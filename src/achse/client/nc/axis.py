@@ -164,7 +164,7 @@ class RemoteAxis(AxisCouplings):
         await self.wait_for("disabled", within=within)
 
     async def _switch(self, enables: Iterable[bool]) -> None:
-        """Each bit has a service of its own: clients do not undo each other's other bits."""
+        """Switch one bit by its own service, so that clients keep each other's other bits."""
         nc, axis_id = await self.located()
         parts = []
         for name, on in zip(_ENABLES, enables, strict=True):

@@ -69,7 +69,7 @@ class AxisCouplings(AxisAccess):
         )
 
     async def change_gear(self, ratio: float) -> None:
-        """Another gear ratio, at once: the slave's velocity jumps, its position does not."""
+        """Set another gear ratio at once: the slave's velocity jumps, its position does not."""
         factor = real("ratio", ratio)
         await self._send("change_coupling_parameters", _CHANGE.pack(factor, 0.0, 0.0, 0.0))
 
@@ -125,7 +125,7 @@ class AxisCouplings(AxisAccess):
         slave_scaling: float = 1.0,
         master_scaling: float = 1.0,
     ) -> None:
-        """Other offsets and scalings of the cam at work, at once. A scaling of 0 is refused."""
+        """Set other offsets and scalings of the active cam at once. A scaling of 0 is refused."""
         values = (
             real("slave_offset", slave_offset),
             real("master_offset", master_offset),

@@ -39,7 +39,7 @@ class _UntilLoss(Subscription):
         self.end(ConnectionLost(f"samples of {self.target}: {what}"))
 
     def renew(self) -> None:
-        """It has ended."""
+        """Do nothing: the subscription has ended."""
 
 
 class StatusReader:
@@ -212,7 +212,7 @@ class AxisTrace(ClosedByBlock):
         self._is_closed = False
 
     async def close(self) -> None:
-        """No more samples. Again is not an error."""
+        """End the samples. A second call is not an error."""
         self._is_closed = True
         source, self._source = self._source, None
         if source is not None:

@@ -73,7 +73,7 @@ class Listener(Protocol):
     """Takes the samples of one notification handle."""
 
     def feed(self, filetime: int, data: bytes) -> None:
-        """One sample; `data` is empty if the target says that the handle is dead."""
+        """Pass on one sample; `data` is empty if the target says that the handle is dead."""
         ...
 
 
@@ -283,7 +283,7 @@ class Session:
             self.spawn(self._dial_again(self.backoff))
 
     def buffer_changed(self, link: ClientLink, full: bool) -> None:
-        """The link's way out is full, or has room again."""
+        """Stop or continue sending: the link's write buffer is full, or has room again."""
         if link is self._link:
             if full:
                 self._ready = None

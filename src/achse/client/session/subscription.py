@@ -242,7 +242,7 @@ class Subscription(ClosedByBlock):
     # calls of the session ------------------------------------------------------------------
 
     def interrupt(self) -> None:
-        """The target forgot the handles, or is about to."""
+        """Release the handles: the target forgot them, or is about to."""
         self.interruptions += 1
         self._let_go()
         if self._renewal is not None:
@@ -276,7 +276,7 @@ class Subscription(ClosedByBlock):
             self.renew()
 
     def end(self, error: AdsError | None) -> None:
-        """There will be no more samples; the iterator ends, with `error` if that is why."""
+        """End the iterator, with `error` if that is why."""
         if self._is_closed:
             return
         self._is_closed = True

@@ -165,7 +165,7 @@ class SymbolBook:
         return handle
 
     def forget_method(self, path: str) -> None:
-        """The handle of that method is out of date."""
+        """Forget the handle of that method: it is out of date."""
         self._methods.pop(fold(path), None)
 
     # forgetting ------------------------------------------------------------------------------
@@ -202,7 +202,7 @@ class SymbolBook:
         """Note a new link; symbols are requested when they are needed."""
 
     def symbols_changed(self) -> None:
-        """An online change or download: what we hold is of no use."""
+        """Forget all symbols and handles: an online change or download replaced them."""
         handles = self._handles()
         self.clear()
         if handles:
@@ -213,7 +213,7 @@ class SymbolBook:
         await self._release(self._handles())
 
     def end(self, error: AdsError | None) -> None:
-        """There will be no link any more."""
+        """Forget all symbols and handles: the link does not come back."""
         self.clear()
 
     def _handles(self) -> list[int]:
@@ -407,7 +407,7 @@ class SymbolBook:
             )
 
     async def _fetch_types(self, texts: Iterable[str]) -> None:
-        """Have the entries of all types that `texts` name, and of what those are made of."""
+        """Fetch the entries of all types that `texts` name, and of their parts."""
         missing = self._missing(texts)
         while missing:
             self._requested_types.update(missing)

@@ -95,7 +95,7 @@ def _box_net_id(bus: ServedBus, slave: BusSlave) -> bytes:
 
 
 def _reset(bus: ServedBus, data: bytes) -> None:
-    """All slaves to Init; they climb to the state they had to have."""
+    """Request Init of all slaves; they return to the state that was requested of them."""
     for slave in bus.master.slaves:
         bus.master.restart(slave)
 

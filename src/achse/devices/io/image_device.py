@@ -56,7 +56,7 @@ class BusImageDevice(Device):
         bus.on_renewal(self._renew)
 
     def _renew(self) -> None:
-        """Other slaves: other variables, under another version of the table."""
+        """List the variables of other slaves, under another version of the table."""
         self.image = BusImage(self._bus)
         self._of_image.refresh(self.image)
         self.symbols_changed()

@@ -328,7 +328,7 @@ def _state(block: Any, entry: _Open) -> None:
 
 
 def _device_info(block: Any, entry: _Open) -> None:
-    """DEVVER has version, revision and build, from the lowest byte on."""
+    """Answer DEVVER: version, revision and build, from the lowest byte on."""
     info = entry.response
     assert isinstance(info, ReadDeviceInfoResponse)
     block.DEVNAME = info.name

@@ -104,7 +104,7 @@ class PlcIndications:
                 self._reply(frame)
 
     def forget(self) -> None:
-        """The programs begin again: their requests are dropped."""
+        """Drop the requests of programs that begin again."""
         for waiting in self._waiting.values():
             for one in waiting:
                 self._answer(one.frame, ReturnCode.INVALID_STATE.number)

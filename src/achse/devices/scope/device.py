@@ -128,7 +128,7 @@ class ScopeDevice(Device):
             raise DeviceError(ReturnCode.INVALID_DATA, str(fault)) from None
 
     def set_length(self, seconds: float) -> None:
-        """Another record length, while the view is offline."""
+        """Set another record length, while the view is offline."""
         recorder = self.view.recorder
         try:
             recorder.resize(recorder.definition.with_length(seconds))
@@ -228,7 +228,7 @@ class ScopeDevice(Device):
         return self._facts(scope)
 
     def _spend(self, client: bytes, channels: int) -> None:
-        """Finding many channels takes time that others need: so many a second (0x708 beyond)."""
+        """Count channels to find, which takes time: so many a second (0x708 beyond)."""
         now = self._now()
         for _ in range(1 + channels // _CHANNELS_AT_ONCE):
             if not self._rates.take(client, now):

@@ -207,7 +207,7 @@ class ScopeServer:
         self._look()
 
     def trigger(self, scope: NumberedScope) -> None:
-        """The moment is now; raises DeviceError 0x712 unless the scope waits for it."""
+        """Trigger the scope now. Raise DeviceError 0x712 unless it waits for the trigger."""
         try:
             scope.recorder.trigger(self._clock())
         except ScopeError as refusal:
@@ -226,7 +226,7 @@ class ScopeServer:
         self.due_ns = due
 
     def find_again(self) -> None:
-        """Symbols may be elsewhere: after an online change."""
+        """Find the symbols again, which may be elsewhere after an online change."""
         for each in self:
             each.recorder.find_again()
         self._look()

@@ -102,7 +102,7 @@ class SystemDevice(Device):
         )
 
     def write_control(self, ads_state: int, device_state: int, data: bytes) -> None:
-        """RESET restarts in RUN, RECONFIG (or CONFIG) goes to CONFIG, SHUTDOWN ends the station.
+        """Restart in RUN (RESET), go to CONFIG (RECONFIG, CONFIG) or end the station (SHUTDOWN).
 
         SHUTDOWN takes a delay in seconds as four bytes; device state 1 restarts instead.
         """

@@ -15,7 +15,7 @@ _OP = 8
 
 
 def enter(d: DriveFields) -> None:
-    """Nothing moves until a target comes."""
+    """Enter the mode: nothing moves until a target comes."""
     hold_position(d)
     d.plan_target = d.demand
     d.demand_velocity = 0.0
@@ -56,7 +56,7 @@ def command(d: DriveFields, dt: float) -> None:
 
 
 def report(d: DriveFields, dt: float) -> None:
-    """Bit 10 position window, 12 drive follows, 13 following error."""
+    """Set bit 10 position window, 12 drive follows, 13 following error."""
     follows = d.power_state == ENABLED and not d.speed_exceeded and not d.overtravel_stop
     d.target_reached = d.in_window
     d.bit_12 = 1 if follows else 0

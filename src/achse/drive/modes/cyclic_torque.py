@@ -7,7 +7,7 @@ from achse.drive.record import DriveFields
 
 
 def enter(d: DriveFields) -> None:
-    """The torque starts where it is."""
+    """Start from the actual torque."""
     take_over_torque(d)
     d.plan_target = d.demand_torque
     d.interpolation_rest = 0.0
@@ -29,7 +29,7 @@ def command(d: DriveFields, dt: float) -> None:
 
 
 def report(d: DriveFields, dt: float) -> None:
-    """Bit 10 target torque reached, 12 drive follows; 13 is not used."""
+    """Set bit 10 target torque reached, 12 drive follows; 13 is not used."""
     follows = d.power_state == ENABLED and not d.overtravel_stop
     reached = d.control == CONTROL_TORQUE and d.demand_torque == limited_torque(d)
     d.target_reached = 1 if reached else 0

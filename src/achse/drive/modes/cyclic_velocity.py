@@ -8,7 +8,7 @@ from achse.drive.supervision import velocity_reached
 
 
 def enter(d: DriveFields) -> None:
-    """The velocity starts where it is."""
+    """Start from the actual velocity."""
     hold_velocity(d)
     d.plan_target = d.demand_velocity
     d.velocity_window_seen = 0.0
@@ -33,7 +33,7 @@ def command(d: DriveFields, dt: float) -> None:
 
 
 def report(d: DriveFields, dt: float) -> None:
-    """Bit 10 velocity window, 12 drive follows; 13 is not used."""
+    """Set bit 10 velocity window, 12 drive follows; 13 is not used."""
     d.target_reached = velocity_reached(d, limited_target(d) + d.velocity_offset, dt)
     d.bit_12 = 1 if d.power_state == ENABLED and not d.overtravel_stop else 0
     d.bit_13 = 0

@@ -88,19 +88,19 @@ _SETTLING = 0.5
 
 
 def enter(d: DriveFields) -> None:
-    """Not started; the motor keeps its position."""
+    """Enter the mode without starting; the motor keeps its position."""
     hold_position(d)
     abandon(d)
 
 
 def abandon(d: DriveFields) -> None:
-    """The procedure is interrupted, unless it is over."""
+    """Interrupt the procedure, unless it is over."""
     d.homing_running = 0
     d.homing_phase = _IDLE
 
 
 def start(d: DriveFields) -> None:
-    """The rising edge of bit 4: begin the method of 6098h, which holds until the end."""
+    """Begin the method of 6098h at the rising edge of bit 4; it holds until the end."""
     d.homing_attained = 0
     d.homing_error = 0
     d.homing_running = 0
@@ -143,7 +143,7 @@ def _assigned(d: DriveFields, switch: int, forward: int) -> bool:
 
 
 def _reach_switch(d: DriveFields, direction: int) -> None:
-    """The switch is on; `direction` is the one it was met in, 0 if it was on from the start."""
+    """Continue at the switch, met in `direction` (0: it was on from the start)."""
     if not d.homing_level:
         d.homing_phase = _EDGE
         d.homing_seen = 1 if direction in (0, d.homing_final) else 0
@@ -246,7 +246,7 @@ def _fail(d: DriveFields) -> None:
 
 
 def _set_home(d: DriveFields, position: float) -> None:
-    """The count at `position` becomes 0 and shows 607Ch; the set point moves with the scale."""
+    """Zero the count at `position`, which shows 607Ch; the set point moves with the scale."""
     zero = math.floor(position + 0.5)
     where = (d.demand - d.active_home_offset) * d.counts_per_inc + d.encoder_zero
     d.encoder_zero = zero
@@ -256,7 +256,7 @@ def _set_home(d: DriveFields, position: float) -> None:
 
 
 def report(d: DriveFields, dt: float) -> None:
-    """Bits 13, 12 and 10 of table 3.2.4.3."""
+    """Set bits 13, 12 and 10 of table 3.2.4.3."""
     standing = standing_still(d) != 0 and d.demand_velocity == 0.0
     arrived = d.setpoint_planned and d.plan_index == d.plan_count
     if d.homing_phase == _RETURN and standing and arrived:

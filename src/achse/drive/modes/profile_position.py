@@ -22,7 +22,7 @@ _PASS = 0x200
 
 
 def enter(d: DriveFields) -> None:
-    """All set points are cleared; a motor that turns is brought to a stop with 6084h."""
+    """Clear all set points; a motor that turns is brought to a stop with 6084h."""
     hold_position(d)
     abandon(d)
     d.setpoint_acknowledge = 0
@@ -68,7 +68,7 @@ def command(d: DriveFields, dt: float) -> None:
 
 
 def _accept(d: DriveFields) -> None:
-    """The rising edge of bit 4; a set point without room is discarded."""
+    """Accept a set point at the rising edge of bit 4; one without room is discarded."""
     d.setpoint_acknowledge = 1
     word = d.controlword
     if not word & _IMMEDIATE and d.setpoint_active and d.buffer_count == BUFFER:
@@ -133,7 +133,7 @@ def _plan(d: DriveFields) -> None:
 
 
 def report(d: DriveFields, dt: float) -> None:
-    """Bit 10 target reached, 12 set-point acknowledge, 13 following error."""
+    """Set bit 10 target reached, 12 set-point acknowledge, 13 following error."""
     enabled = d.power_state == ENABLED
     if enabled and halt_requested(d):
         d.target_reached = 1 if d.demand_velocity == 0.0 and standing_still(d) else 0

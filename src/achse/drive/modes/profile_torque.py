@@ -8,7 +8,7 @@ from achse.drive.supervision import standing_still
 
 
 def enter(d: DriveFields) -> None:
-    """The torque starts where it is."""
+    """Start from the actual torque."""
     take_over_torque(d)
 
 
@@ -40,7 +40,7 @@ def command(d: DriveFields, dt: float) -> None:
 
 
 def report(d: DriveFields, dt: float) -> None:
-    """Bit 10 target torque reached; bits 12 and 13 are not used."""
+    """Set bit 10 target torque reached; bits 12 and 13 are not used."""
     if d.power_state == ENABLED and halt_requested(d):
         d.target_reached = 1 if standing_still(d) and d.demand_velocity == 0.0 else 0
     else:

@@ -8,7 +8,7 @@ from achse.drive.supervision import standing_still, velocity_reached
 
 
 def enter(d: DriveFields) -> None:
-    """The velocity starts where it is."""
+    """Start from the actual velocity."""
     hold_velocity(d)
     d.velocity_window_seen = 0.0
 
@@ -35,7 +35,7 @@ def command(d: DriveFields, dt: float) -> None:
 
 
 def report(d: DriveFields, dt: float) -> None:
-    """Bit 10 target reached, 12 speed is 0; bit 13 has no meaning stated."""
+    """Set bit 10 target reached, 12 speed is 0; bit 13 has no documented meaning."""
     standing = standing_still(d)
     reached = velocity_reached(d, limited_target(d) + d.velocity_offset, dt)
     if d.power_state == ENABLED and halt_requested(d):

@@ -129,14 +129,14 @@ def _option(
 
 
 def _write_halt_option(drive: DriveView, value: int) -> None:
-    """Option 1 exists in pp only; before a mode is chosen it may be prepared."""
+    """Write the halt option; 1 exists in pp only, and may be prepared before a mode is chosen."""
     if value == 1 and drive.record.mode_display not in (0, 1):
         raise SdoAbort(AbortCode.VALUE_RANGE)
     drive.record.halt_option = value
 
 
 def _write_homing_method(drive: DriveView, value: int) -> None:
-    """The method cannot be changed while homing runs."""
+    """Write the method, which cannot be changed while homing runs."""
     if drive.record.homing_running:
         raise SdoAbort(AbortCode.UNSUPPORTED_ACCESS)
     drive.record.homing_method = value
@@ -153,7 +153,7 @@ def _write_period_index(drive: DriveView, value: int) -> None:
 
 
 def _take_period(drive: DriveView) -> None:
-    """Value and exponent come one after the other, so only a period that can be is taken over."""
+    """Apply a period that can be; value and exponent come one after the other."""
     record = drive.record
     if -6 <= record.interpolation_index <= 0:
         period = record.interpolation_value * 10.0**record.interpolation_index

@@ -91,7 +91,7 @@ class ClockConfiguration:
     shift_ns: int | None = None
 
     def __post_init__(self) -> None:
-        """ValueError for what the registers of a clock do not hold."""
+        """Raise ValueError for what the registers of a clock do not hold."""
         numbers = (
             ("AssignActivate", self.assign_activate, 0xFFFF),
             ("cycle of SYNC0", self.cycle0_ns, 0xFFFF_FFFF),

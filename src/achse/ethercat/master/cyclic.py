@@ -129,7 +129,7 @@ class _Template:
         return begin
 
     def renew(self) -> None:
-        """Headers have changed."""
+        """Update the headers, which have changed."""
         self._sent_headers = int.from_bytes(self.buffer, "little") & self._fixed
         if len(self.parts) == 1:
             return
@@ -193,12 +193,12 @@ class _SharedByte:
         self.own = memoryview(bytearray(1))
 
     def put(self) -> None:
-        """The slave's memory to the frame."""
+        """Copy the slave's memory to the frame."""
         other_bits = self._whole[0] & ~(self._mask << self._bit)
         self._whole[0] = other_bits | (self.own[0] & self._mask) << self._bit
 
     def take(self) -> None:
-        """The bits of the frame to the slave's memory."""
+        """Copy the bits of the frame to the slave's memory."""
         self.own[0] = self._whole[0] >> self._bit & self._mask
 
 
@@ -252,7 +252,7 @@ class CyclicExchange:
         return frames
 
     def _place(self) -> None:
-        """Memory: outputs are bytes of the frames, inputs are one block beside."""
+        """Place the memory: outputs are bytes of the frames, inputs are one block beside."""
         size = sum(each.length - each.output_end for each in self.image.datagrams)
         self._inputs = bytearray(size)
         self._output_views: dict[int, memoryview] = {}
@@ -300,7 +300,7 @@ class CyclicExchange:
         return self._input_views.get(position, memoryview(b"")).toreadonly()
 
     def set_reference(self, station: int | None) -> None:
-        """The slave whose time goes to all others, None for none."""
+        """Set the slave whose time goes to all others, None for none."""
         self.reference_lost = False
         self._carry_time(station)
 
@@ -356,9 +356,9 @@ class CyclicExchange:
         return any(frame.away for frame in self._frames)
 
     def skip(self, cycles: int, elapsed_ns: int) -> None:
-        """So many cycles have passed elsewhere as they would have with frames, all of them valid.
+        """Count so many cycles that another kernel did as if with frames, all of them valid.
 
-        `elapsed_ns` is their time. Who did them has written the inputs (`exchanged`).
+        `elapsed_ns` is their time. The kernel has written the inputs (`exchanged`).
         """
         self._cycle += cycles
         self.counters.sent += cycles * len(self._frames)

@@ -107,7 +107,7 @@ class Master:
         return self.supervision.quiet_until_ns if self.operational else 0
 
     def skip(self, cycles: int) -> None:
-        """So many cycles have passed without frames; see `CyclicExchange.skip`."""
+        """Count so many cycles that passed without frames; see `CyclicExchange.skip`."""
         elapsed = cycles * self.bus.cycle_ns
         self.now_ns += elapsed
         self.cyclic.skip(cycles, elapsed)

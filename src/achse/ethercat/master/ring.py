@@ -51,7 +51,7 @@ class Ring:
             self.master.receive(frame, now_ns)
 
     def run(self, until_ns: int) -> None:
-        """Cycles up to and with `until_ns`."""
+        """Run cycles up to and with `until_ns`."""
         cycle = self.master.bus.cycle_ns
         now = self.master.now_ns
         while now + cycle <= until_ns:

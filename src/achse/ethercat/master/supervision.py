@@ -137,7 +137,7 @@ class Supervision:
         return due if self.reference is None else min(due, self._clocks_due)
 
     def retry(self, slave: BusSlave) -> None:
-        """A state of the slave is requested: what failed before is tried again."""
+        """Clear the failures of a slave, so that a requested state is tried again."""
         self._falls.pop(slave.position, None)
         self._failed_positions.discard(slave.position)
         self._urgent = True
@@ -377,7 +377,7 @@ class Supervision:
             self._start_bring_up(slave)
 
     def _count_fall(self, slave: BusSlave) -> None:
-        """A slave loses its synchronisation again and again: leave it where it is."""
+        """Leave a slave in its state that loses its synchronisation again and again."""
         falls, until = self._falls.get(slave.position, (0, 0))
         falls = falls + 1 if self._now_ns <= until else 1
         self._falls[slave.position] = falls, self._now_ns + _STEADY_NS

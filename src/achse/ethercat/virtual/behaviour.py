@@ -25,22 +25,22 @@ class SlaveBehaviour:
     """Time between two steps without SYNC0, ns."""
 
     def start(self, device: "VirtualDevice") -> None:
-        """Called once, when the device is made."""
+        """Start; called once, when the device is made."""
 
     def step(self, device: "VirtualDevice", elapsed_ns: int) -> None:
-        """Called in each local cycle, in every state; time passed since the last one."""
+        """Do one local cycle; called in every state; time passed since the last one."""
 
     def enter(self, device: "VirtualDevice", state: AlState) -> None:
-        """Called before the device enters a state."""
+        """Prepare for a state; called before the device enters it."""
 
     def write(self, device: "VirtualDevice", index: int, subindex: int, data: bytes) -> None:
-        """Called before an SDO writes an entry; `SdoAbort` refuses it."""
+        """Check an entry; called before an SDO writes it. Raise `SdoAbort` to refuse it."""
 
     def begin_file(self, device: "VirtualDevice", name: str, password: int) -> None:
-        """Called before a file is written by FoE; `FileRefusal` refuses it."""
+        """Check a file; called before FoE writes it. Raise `FileRefusal` to refuse it."""
 
     def frame(self, device: "VirtualDevice", frame: bytes) -> None:
-        """Called for each Ethernet frame that comes by EoE; `device.send_frame` sends one."""
+        """Process an Ethernet frame that came by EoE; `device.send_frame` sends one."""
 
     def vendor_message(self, device: "VirtualDevice", data: bytes) -> Iterable[bytes]:
         """Called for each message that comes by VoE, vendor id and type first; its answers."""

@@ -434,7 +434,7 @@ class VirtualFileDevice(VirtualDevice):
         return self.files[name]
 
     def begin_file(self, name: str, password: int) -> None:
-        """Any name is accepted, as long as there is room and the behaviour agrees."""
+        """Accept any name, as long as there is room and the behaviour agrees."""
         if self.behaviour is not None:
             self.behaviour.begin_file(self, name, password)
         if name not in self.files and len(self.files) >= _MOST_FILES:

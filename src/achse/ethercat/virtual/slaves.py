@@ -61,7 +61,7 @@ class VirtualSlave(Slave):
         self._show_identification()
 
     def reset(self) -> None:
-        """The master reset the controller: as after switching power off and on."""
+        """Begin as after switching power off and on: the master reset the controller."""
         super().reset()
         self._show_identification()
 

@@ -186,7 +186,7 @@ class CutterCompensation:
     # corners
 
     def _enter(self, line: _Beside) -> None:
-        """The selecting line starts where the cutter is and ends beside its own end."""
+        """Start the selecting line where the cutter is; it ends beside its own end."""
         begin = self._plane(line.element.start)
         end = line.at(line.full)
         x, y = end[0] - begin[0], end[1] - begin[1]
@@ -269,7 +269,7 @@ class CutterCompensation:
                 return
 
     def _bridge(self, last: _Beside, following: _Beside) -> None:
-        """With a notice only: a straight way over to the next element, damage and all."""
+        """Add a straight line to the next element, damage and all, with a notice only."""
         begin, end = last.at(last.finish), following.at(following.begin)
         length = hypot(end[0] - begin[0], end[1] - begin[1])
         if length <= _NEAR:

@@ -85,7 +85,7 @@ class _Sheet:
         self.lines.append(f'<text x="{x:.1f}" y="{y:.1f}">{escape(words)}</text>')
 
     def _bar(self) -> None:
-        """A length to compare with, at the right below: 1, 2 or 5 of a power of ten, mm."""
+        """Draw a length to compare with, at the bottom right: 1, 2 or 5 of a power of ten, mm."""
         least = 60.0 / self.scale
         power = 10.0 ** floor(log10(least))
         length = power * next(each for each in (1.0, 2.0, 5.0, 10.0) if each * power >= least)

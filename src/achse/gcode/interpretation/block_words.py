@@ -196,7 +196,7 @@ class BlockWords:
         return self.modal.feed * factor / 60.0
 
     def calculate(self, call: RotationCall) -> None:
-        """CalcRot and CalcInvRot: the active rotation, on a point in R parameters."""
+        """Apply the active rotation to a point in R parameters (CalcRot, CalcInvRot)."""
         registers = self.data.registers
         x, y, z = (registers[number] for number in call.registers)
         matrix = rotation(self.modal.rotation)

@@ -57,11 +57,11 @@ class LoopWatch:
         self._power, self._jumps = 1, 0
 
     def forget(self) -> None:
-        """Positions of axes have come in from outside: what was before does not count."""
+        """Forget the earlier visits: positions of axes have come in from outside."""
         self._reference, self._power, self._jumps = None, 1, 0
 
     def back(self, flow: "Flow", line: int, target: int) -> None:
-        """A jump from one line back to another, both from 0."""
+        """Count a jump from one line back to another, both from 0."""
         registers = flow.registers
         now = (
             [(id(each.program), each.line, each.repeats) for each in flow.places],

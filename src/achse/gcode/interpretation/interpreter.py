@@ -195,7 +195,7 @@ class Interpreter:
         self.state = RunState.RUNNING
 
     def search(self, wanted: BlockSearch) -> None:
-        """Block search: run without motion up to a block. Call before the first `advance`.
+        """Search a block: run without motion up to it. Call before the first `advance`.
 
         When it is there, `state` is FOUND and `found` says where the axes have to be; `go_ahead`
         begins the rest. 0x42F8 if the program ends before.
@@ -269,7 +269,7 @@ class Interpreter:
         self._hand_out(commands, origin)
 
     def _hand_out(self, commands: list[Canonical], origin: Origin) -> None:
-        """Commands of a block, or what a block search leaves of them."""
+        """Output the commands of a block, or what a block search leaves of them."""
         search = self._search
         if search is not None and self.search_result is None:
             ended = self.state is RunState.ENDED

@@ -72,7 +72,7 @@ class PathMaker:
         self.last_velocity = 0.0
 
     def set_frame(self, frame: WorkFrame) -> None:
-        """A new frame: axes go there when a block names them. Not while the cutter is on."""
+        """Set a new frame: axes go there when a block names them. Not while the cutter is on."""
         if frame == self.frame:
             return
         if self.compensation is not None:
@@ -87,7 +87,7 @@ class PathMaker:
                 self.stale[axis] = True
 
     def rescan(self, positions: PathPoint, auxiliary: tuple[float, ...] | None) -> None:
-        """The axes are somewhere else; the program goes on from there."""
+        """Continue from where the axes are now."""
         if not all(map(isfinite, positions)) or len(positions) != 3:
             raise ValueError(f"expected three finite positions, got {positions}")
         self.axes = positions
@@ -100,7 +100,7 @@ class PathMaker:
             self.auxiliary[:] = auxiliary
 
     def start_compensation(self, radius: float, left: bool) -> None:
-        """G41 or G42 from the next line on."""
+        """Start G41 or G42 from the next line on."""
         self.compensation = CutterCompensation(
             radius, left, self.modal.plane, self.modal.feed_mode, self.bottleneck
         )
@@ -290,7 +290,7 @@ class PathMaker:
         return {**values, AXIS_LETTERS[missing]: other}
 
     def _arc(self, element: ContourElement, values: Mapping[str, float | None]) -> None:
-        """Centre, normal and angle of G02 and G03."""
+        """Compute centre, normal and angle of G02 and G03."""
         first, second, third = self.modal.plane.axes
         start = element.start[first], element.start[second]
         end = element.end[first], element.end[second]
@@ -330,7 +330,7 @@ class PathMaker:
 
     @staticmethod
     def _through_point(element: ContourElement, values: Mapping[str, float | None]) -> None:
-        """CIP: the third point is relative to the start."""
+        """Compute the arc of CIP: the third point is relative to the start."""
         x, y, z = (
             begin + (values.get(name) or 0.0)
             for begin, name in zip(element.start, _CENTRES, strict=True)

@@ -50,7 +50,7 @@ class ModalState:
     """Type of vertex smoothing."""
 
     def turn(self, angles: list[float], *, further: bool) -> None:
-        """Angles about X, Y and Z in degrees; `further`: besides those that hold (AROT)."""
+        """Turn by angles about X, Y and Z in degrees; `further`: besides those that hold (AROT)."""
         if further:
             angles = [a + b for a, b in zip(angles, self.rotation, strict=True)]
         if not all(map(isfinite, angles)):

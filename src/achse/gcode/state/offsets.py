@@ -51,7 +51,7 @@ class ZeroShifts:
         self.changes += 1
 
     def clear(self) -> None:
-        """All shifts are 0 (channel function 0x27)."""
+        """Set all shifts to 0 (channel function 0x27)."""
         for values in self._values.values():
             values[:] = (0.0, 0.0, 0.0)
         self.changes += 1
@@ -69,7 +69,7 @@ class ZeroShifts:
         return (x, y, z)
 
     def program(self, number: int, axis: int, value: float) -> None:
-        """`G58 X…` or `G59 X…` in a program, mm."""
+        """Set the shift of `G58 X…` or `G59 X…`, mm."""
         self[ZeroShift.G58 if number == 58 else ZeroShift.G59, axis] = value
 
     def text(self) -> str:

@@ -107,7 +107,7 @@ class ToolTable:
         return tool is not None and any(tool.values)
 
     def clear(self) -> None:
-        """All tools are 0 (channel function 0x26)."""
+        """Set all tools to 0 (channel function 0x26)."""
         self._tools.clear()
         self.changes += 1
 

@@ -379,7 +379,7 @@ class FunctionBuilder(Instructions):
         self._end(zero_return(self.function.signature.llvm_result))
 
     def _pass_on(self) -> None:
-        """After a call: leave as well if it left with a fault."""
+        """Leave as well after a call that left with a fault."""
         if not self.function.faults:
             raise InstructionError(f"{self.function.symbol} calls what faults, so it faults too")
         bad, good = self.label(), self.label()
@@ -445,7 +445,7 @@ class FunctionBuilder(Instructions):
         self._deep = True
 
     def descend(self, fault: int = OwnFault.TOO_DEEP) -> None:
-        """At the begin of a function that may call itself: a fault instead of a crash.
+        """Check the depth at the start of a recursive function: a fault instead of a crash.
 
         The fault comes with the stack pointer if the stack is full, else with 0.
         """
@@ -460,7 +460,7 @@ class FunctionBuilder(Instructions):
         self.require(enough, fault)
 
     def _rise(self) -> None:
-        """The depth is what it was before."""
+        """Restore the depth before the call."""
         if self._deep:
             self._add(f"store i64 {_DEPTH_BEFORE}, ptr {DEPTH}")
 

@@ -138,7 +138,7 @@ class ModuleBuilder:
         return function
 
     def external(self, function: CallTarget, attributes: str = "") -> None:
-        """There is a function outside the module with this symbol."""
+        """Declare a function outside the module with this symbol."""
         signature = function.signature
         parameters = ", ".join(each.llvm for each in signature.parameters)
         text = f"declare {signature.llvm_result} {function.symbol}({parameters}) {attributes}"

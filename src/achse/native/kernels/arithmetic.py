@@ -292,7 +292,7 @@ class Arithmetic:
     def _check_result(
         self, name: str, result: Operand, operands: Sequence[Operand], node: ast.AST
     ) -> None:
-        """NaN only of NaN, infinity only of infinity."""
+        """Check that NaN comes only of NaN, infinity only of infinity."""
         code, infinite = self.code, self.code.constant(F64, math.inf)
         any_nan = any_infinite = code.constant(BOOL.machine, False)
         for each in operands:

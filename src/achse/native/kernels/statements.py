@@ -132,7 +132,7 @@ class FunctionCompiler(ExpressionCompiler):
                 raise self.refusal(target, f"cannot assign to {ast.unparse(target)}")
 
     def assign_name(self, name: str, value: KernelValue, node: ast.AST) -> None:
-        """A local name has one kind in the whole function, the widest of those assigned."""
+        """Assign a local name, which has the widest of its kinds in the whole function."""
         known = self._wide.get(name)
         kind = value.kind if known is None else joined(known, value.kind)
         if kind is None:
@@ -172,14 +172,14 @@ class FunctionCompiler(ExpressionCompiler):
         self.code.begin(end)
 
     def repeat(self, body: list[ast.stmt], again: Label, end: Label) -> None:
-        """The body of a loop, which goes on at `again`."""
+        """Write the body of a loop, which continues at `again`."""
         self._loops.append((again, end))
         if not self.statements(body):
             self.code.jump(again)
         self._loops.pop()
 
     def each(self, node: ast.For, rows: tuple[object, ...]) -> None:
-        """`for` over the rows of a table of the module: the body once for each of them."""
+        """Write `for` over the rows of a table of the module: the body once for each row."""
         if not isinstance(node.target, ast.Name):
             raise self.refusal(node, "a loop over a table has one name")
         end = self.code.label()
@@ -195,7 +195,7 @@ class FunctionCompiler(ExpressionCompiler):
         self.code.begin(end)
 
     def count(self, node: ast.For) -> None:
-        """`for` over a `range`, evaluated once before the loop, or over a table of rows."""
+        """Write `for` over a `range`, evaluated once before the loop, or over a table of rows."""
         call = node.iter
         known, rows = self.static(call) if isinstance(call, ast.Name) else (False, None)
         if known and isinstance(rows, tuple):

@@ -49,7 +49,7 @@ def _state_byte(number: int) -> Service:
 
 
 def _take_structure(axis: Axis, values: dict[str, Any]) -> None:
-    """All of it or nothing: the ranges of the single rows hold."""
+    """Apply all of the structure or nothing: the ranges of the single rows hold."""
     if values["velocity_override"] > FULL_OVERRIDE:
         raise DeviceError(NcError.OVERRIDE_INVALID.number, f"{values['velocity_override']}")
     if abs(values["external_set_direction"]) > 1:

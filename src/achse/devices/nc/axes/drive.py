@@ -52,7 +52,7 @@ def _set_time(field: str) -> Any:
 
 
 def _not_while_closed(drive: AxisDrive) -> None:
-    """Another characteristic would be a step of the output."""
+    """Refuse another characteristic in a closed loop: it would be a step of the output."""
     owner = drive.owner
     if owner.control_dword & ControlBit.ENABLE or owner.loop_closed:
         raise DeviceError(NcError.DRIVE_TABLE_ID_CHANGED.number, f"axis {drive.axis_id} is enabled")

@@ -57,7 +57,7 @@ def _set_components(encoder: AxisEncoder, components: tuple[float, float]) -> No
 
 
 def _set_sub_mask(encoder: AxisEncoder, sub_mask: int) -> None:
-    """Of the form 2^n - 1; the range of the encoder is a whole multiple of it (213)."""
+    """Set the sub mask 2^n - 1; the encoder's range is a whole multiple of it (213)."""
     if sub_mask & (sub_mask + 1) or sub_mask > encoder.mask or (encoder.mask + 1) % (sub_mask + 1):
         raise DeviceError(NcError.ENCODER_HOMING_MASK.number, f"sub mask 0x{sub_mask:X}")
     encoder.sub_mask = sub_mask

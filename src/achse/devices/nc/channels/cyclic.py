@@ -45,7 +45,7 @@ def _registers(channel: NcChannel, number: int) -> tuple[Registers, int]:
 
 
 def _set_registers(channel: NcChannel, number: int, values: tuple[float, ...]) -> None:
-    """All or none: behind R999 there are none (0x703)."""
+    """Set all registers or none: behind R999 there are none (0x703)."""
     if number + len(values) > REGISTERS:
         raise DeviceError(ReturnCode.INVALID_OFFSET, f"R{number}, {len(values)} of them")
     registers = of_interpreter(channel).data.registers

@@ -21,14 +21,14 @@ _STATES = named_rows(0x4100)
 
 
 def _refuse_places(request: Any) -> None:
-    """Places within an axis, which only groups have."""
+    """Refuse places within an axis, which only groups have."""
     if request.master_subindex or request.slave_subindex:
         raise DeviceError(NcError.SLAVE_COUPLING_PARAMETER.number, "subindices, expected 0")
 
 
 def _couple_by_table(axis: Axis, request: Any) -> None:
-    """One table, whose count of tables is then the interpolation; or a first one, beside which the
-    others are corrections and profiles that 0x46 starts."""
+    """Couple by one table, whose count of tables is then the interpolation, or by several: beside
+    the first one they are corrections and profiles that 0x46 starts."""
     _refuse_places(request)
     several = request.slave_type == SlaveType.MULTI_TABULAR
     others: list[int] = []
@@ -72,7 +72,7 @@ def _couple(axis: Axis, request: Any) -> None:
 
 
 def _change_scaling(axis: Axis, request: Any) -> None:
-    """Here, and only here, the master's values come before the slave's."""
+    """Change the scaling; here alone the master's values come before the slave's."""
     demand = CamDemand(
         getattr(request, "table_id", 0),
         slave_offset=request.slave_offset,

@@ -12,7 +12,7 @@ _ROWS = named_rows(0x4200)
 
 
 def _start(axis: Axis, request: Any) -> None:
-    """The form without an answer: the warning is its result, the compensation runs all the same."""
+    """Start without an answer: the warning is the result, the compensation runs nevertheless."""
     code, done = commands.start_superposition(axis, Compensation(*request))
     carry_out(code or done.warning)
 
