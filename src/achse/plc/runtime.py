@@ -477,7 +477,7 @@ class PlcRuntime:
             listener(state)
 
     def run(self) -> None:
-        """STOP → RUN; variables keep their values. Raises PlcStateError in EXCEPTION."""
+        """Go from STOP to RUN; variables keep their values. Raise PlcStateError in EXCEPTION."""
         if self.state is PlcState.EXCEPTION:
             raise PlcStateError(f"{self.name} is in EXCEPTION: reset it first")
         if self.state is PlcState.STOP:
@@ -486,7 +486,7 @@ class PlcRuntime:
             self._enter(PlcState.RUN)
 
     def stop(self) -> None:
-        """RUN → STOP; variables keep their values. An EXCEPTION stays one."""
+        """Go from RUN to STOP; variables keep their values. An EXCEPTION stays one."""
         self._abandon()
         if self.state is PlcState.RUN:
             self._enter(PlcState.STOP)

@@ -80,7 +80,7 @@ class SystemInfo:
         self._offsets = offsets["_TaskInfo"] + _LIVE_OFFSET
 
     def show_task(self, index: int, task: Task) -> None:
-        """The state of task number `index` (from 0) as its cycle begins."""
+        """Show the state of task number `index` (from 0) as its cycle begins."""
         _LIVE.pack_into(
             self._data,
             self._offsets + TASK_INFO.size * index,

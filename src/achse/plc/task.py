@@ -82,7 +82,7 @@ class Task:
         return self.last_exec_ns > self.cycle_ns
 
     def clear_counters(self) -> None:
-        """The counters begin again."""
+        """Reset the counters."""
         self.cycle_count = self.exceed_count = self.last_exec_ns = 0
         self.exceeds_in_a_row = 0
 

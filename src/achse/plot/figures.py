@@ -288,7 +288,7 @@ def _curve(area: Any, times: Any, values: Any, number: int, label: str | None = 
 
 
 def _title(area: Any, name: str, unit: str) -> None:
-    """Names are others': `$` in them is a character, not a formula."""
+    """Set the title; `$` in a name of the user is a character, not a formula."""
     area.set_title(f"{name} {unit}".strip(), loc="left", fontsize="medium", parse_math=False)
 
 

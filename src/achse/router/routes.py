@@ -325,7 +325,7 @@ class RouteTable:
 
 
 def _keep_nothing(_: Sequence[Route]) -> None:
-    """The table lasts as long as the program."""
+    """Do nothing: the table lasts as long as the program."""
 
 
 def _not_looked_up(_: str) -> None:

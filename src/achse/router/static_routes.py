@@ -86,7 +86,7 @@ def _tls(element: ET.Element | None) -> RouteTls | None:
 
 
 def _add_tls(element: ET.Element, tls: RouteTls) -> None:
-    """As the vendor writes it: the element in `Tls` says which kind it is."""
+    """Add `Tls` as the vendor writes it: its element says which kind it is."""
     inner = ET.SubElement(element, "Tls")
     if tls.kind is TlsKind.SELF_SIGNED:
         ET.SubElement(inner, "SelfSigned").text = tls.fingerprint

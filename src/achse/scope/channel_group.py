@@ -261,7 +261,7 @@ class ChannelGroup:
         return records
 
     def _lose_failing(self) -> None:
-        """A value cannot be read: find whose, and go on without it."""
+        """Find the channel whose value cannot be read, and continue without it."""
         for number, each in enumerate(self.channels):
             if each.failure:
                 continue

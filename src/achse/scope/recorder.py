@@ -130,7 +130,7 @@ class Recorder:
         self.due_ns = math.inf
 
     def trigger(self, now_ns: int) -> None:
-        """The moment that the recording is about is now. Raises ScopeError unless it waits."""
+        """Trigger the recording now. Raise ScopeError unless it waits for the trigger."""
         if self.state is not ScopeState.RECORDING:
             raise ScopeError(f"expected a scope that records, it is {self.state.name}")
         self._fire(now_ns, 1)
@@ -171,7 +171,7 @@ class Recorder:
             self.state = ScopeState.DONE
 
     def find_again(self) -> None:
-        """Symbols may be elsewhere, or gone: channels go on where they are, or end."""
+        """Find the symbols again: channels continue where they are, or end where they are gone."""
         self._stale = True
         if not self.online or self.state is ScopeState.DONE:
             return

@@ -132,7 +132,7 @@ class SampleBudget:
             self._since += count * cycle_ns
 
     def press(self, behind_ns: float) -> None:
-        """Called each tick of a station that follows the wall clock, with how late it is."""
+        """Adapt to the delay of a station that follows the wall clock; called in each tick."""
         if behind_ns > _BEHIND_NS:
             self.share = max(self.share * 0.9, _LEAST)
         else:

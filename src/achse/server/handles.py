@@ -210,7 +210,7 @@ class HandleTable(Generic[Symbol]):
         self._abandoned.setdefault(owner.client, set()).add(owner)
 
     def _forget_abandoned(self, owner: HandleOwner) -> None:
-        """None of the abandoned handles of an owner is left."""
+        """Forget the owner, if none of its abandoned handles is left."""
         del self.usage.abandoned[owner]
         owners = self._abandoned[owner.client]
         owners.remove(owner)

@@ -139,7 +139,7 @@ class Notifications(Scheduled):
         return 0 if holding is None else holding.count
 
     def _keep(self, size: int) -> None:
-        """So many bytes of samples are kept in addition."""
+        """Count further buffered bytes of samples."""
         self.queued += size
         self.usage.queued += size
 
@@ -205,7 +205,7 @@ class Notifications(Scheduled):
             raise
 
     def _hold(self, channel: Channel, count: int, length: int) -> None:
-        """So many subscriptions and bytes of samples more are held by a client."""
+        """Count further subscriptions and buffered bytes of a client."""
         holding = self._clients.get(channel.client)
         if holding is None:
             holding = self._clients[channel.client] = Holding()
@@ -303,7 +303,7 @@ class Notifications(Scheduled):
             self._end(channel)
 
     def _end(self, channel: Channel) -> None:
-        """Nothing more is sent here; what there is of it is cleared in slices."""
+        """End the channel: nothing more is sent; its subscriptions are cleared in slices."""
         channel.is_closed = channel.away = True
         del self._channels[channel.key]
         if channel.via is not None:
@@ -400,7 +400,7 @@ class Notifications(Scheduled):
         self._clear()
 
     def end_symbolic(self) -> None:
-        """Hint at symbol handles out of date and sample them no more; notification handles stay."""
+        """Report symbol handles out of date and sample them no more; notification handles stay."""
         for subscription in self._subscriptions.values():
             over = subscription.batch.channel.is_closed
             if subscription.symbolic and subscription.group is not None and not over:

@@ -370,7 +370,7 @@ class Series:
         self._sample(self, batch)
 
     def _begin(self, batch: "Batch") -> None:
-        """The values one by one: others may come or go before the next time."""
+        """Read the values one by one: others may come or go before the next time."""
         self._leave_sampler()
         for subscription, value in zip(self._members, self._last, strict=True):
             subscription.last = value
@@ -381,7 +381,7 @@ class Series:
         self._sample = Series._settle
 
     def _settle(self, batch: "Batch") -> None:
-        """From now on all at once."""
+        """Read all values at once from now on."""
         readers = [subscription.reader for subscription in self._members]
         self._take = gather(readers)
         self._sample = Series._together

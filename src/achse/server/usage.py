@@ -132,7 +132,7 @@ class Usage:
             raise DeviceError(ReturnCode.INVALID_WATCH_SIZE, f"{length} bytes")
 
     def count_notifications(self, channel: Channel, count: int) -> None:
-        """So many subscriptions more, or less, in a channel."""
+        """Count subscriptions more, or less, in a channel."""
         self.notifications += count
         self.notifications_by_host.add(host_of(channel.via), count)
 

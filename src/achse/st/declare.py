@@ -244,8 +244,7 @@ class _Declarer:
         )
 
     def _report_all_missing(self, own: Sequence[DeclaredUnit]) -> None:
-        """Missing types in what could not be declared because of others, so that one look at the
-        faults finds them all."""
+        """Report the missing types of units that failed because of others, too."""
         from achse.st.missing.walk import MissingNames  # few need it
 
         for scope, spec in MissingNames(self._names, own).places:
@@ -329,7 +328,7 @@ class _Declarer:
                     continue
 
     def _collect_addresses(self, entry: DeclaredUnit) -> None:
-        """The addresses that VAR_CONFIG gives to variables declared `AT %I*`."""
+        """Collect the addresses that VAR_CONFIG gives to variables declared `AT %I*`."""
         for block in getattr(entry.tree, "blocks", ()):
             if block.section != "VAR_CONFIG":
                 continue

@@ -250,7 +250,7 @@ class Station:
         self._states.configure()
 
     def shut_down(self, delay_s: float = 0.0, restart: bool = False) -> None:
-        """After a delay in station time end, or restart. A running station is finished then.
+        """End or restart after a delay in station time. A running station is finished then.
 
         Of two shutdowns the earlier one counts, of two restarts too.
         """

@@ -254,7 +254,7 @@ class StationLife:
         self._dropped = dropped
 
     def excuse_samples(self) -> None:
-        """Subscriptions may miss samples or end for a moment."""
+        """Allow subscriptions to miss samples or end for a moment."""
         self._samples_ns = self.now_ns() + _AFTER_NS
 
     # acts -----------------------------------------------------------------------------------------

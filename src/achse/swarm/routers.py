@@ -356,7 +356,7 @@ class WorldRouter:
             self.process.station_ended()
 
     def cut(self, away_ns: int) -> None:
-        """The connection to the target breaks; it may be dialled at once."""
+        """Break the connection to the target; it may be dialled at once."""
         if self.process is not None:
             self.process.cut()
 

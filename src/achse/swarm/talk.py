@@ -98,7 +98,7 @@ class ConnectionLedger:
         return max(self.disturbances.sample_frames_ns(), self._excused_ns)
 
     def excuse_unread(self, since_ns: int) -> None:
-        """The client reads on: faults since it stopped to read may have hit what waits for it."""
+        """Excuse faults since the client stopped reading: they may have hit the unread frames."""
         if self.disturbances.frames_ns() >= since_ns:
             self._excused_ns = self.clock() + _READING_NS
 
@@ -147,7 +147,7 @@ class ConnectionLedger:
             self.subscriptions[place] = subscription
 
     def delete(self, place: Place) -> None:
-        """The client asks for the end of a subscription: samples may still be under way."""
+        """Note that the client requests the end of a subscription: samples may be under way."""
         self.subscriptions.pop(place, None)
         self._deleted[place] = self.clock()
 
@@ -225,7 +225,7 @@ class ConnectionLedger:
         return gap_ns == subscription.cycle_ns
 
     def finish(self) -> None:
-        """At the end of an open connection: nothing may be under way any more."""
+        """Check at the end of an open connection that nothing is under way any more."""
         frames, now = self.frames_ns(), self.clock()
         for invoke, request in self.pending.items():
             if request.optional:

@@ -71,7 +71,7 @@ class _Watch:
                 os._exit(_GONE)
 
     def end(self) -> None:
-        """It is over; what was raised and has not come up yet does not come up any more."""
+        """End the deadline; an exception that is not delivered yet is dropped."""
         while True:
             try:
                 with self._turn:

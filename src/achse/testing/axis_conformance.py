@@ -38,7 +38,7 @@ class AxisReach(Protocol):
         ...
 
     def write_raw(self, group: int, offset: int, data: bytes) -> None:
-        """Raises DeviceError."""
+        """Write. Raise DeviceError."""
         ...
 
     def read_write_raw(self, group: int, offset: int, read_length: int, data: bytes) -> bytes:
@@ -120,12 +120,12 @@ class _Check:
         self._client.write_raw(group, row.offset, codec.encode(value))
 
     def call(self, name: str) -> None:
-        """A function without arguments."""
+        """Call a function without arguments."""
         group, row, _ = self._row(name)
         self._client.write_raw(group, row.offset, b"")
 
     def start(self, *arguments: float) -> None:
-        """Universal start: type, position, velocity; the axis' own dynamics."""
+        """Start universally: type, position, velocity; the axis' own dynamics."""
         start_type, position, velocity = arguments
         group, row, codec = self._row("universal_axis_start")
         own_dynamics, mode, no_blending = (0.0, 0.0, 0.0), BufferMode.ABORTING, (0.0, 0.0, 0.0)

@@ -162,7 +162,7 @@ class LiveStation(Live):
             raise broke
 
     def restart(self) -> None:
-        """Power off and on: connections break, everything has its initial value again.
+        """Switch power off and on: connections break, everything has its initial value again.
 
         It comes back at the same address, with its time at 0 and without faults.
         """

@@ -115,7 +115,7 @@ class _UdpConnection(_ModbusConnection):
             transport.abort()
 
     def drop(self) -> None:
-        """Each request has a socket of its own: nothing is open behind it."""
+        """Do nothing: each request has a socket of its own."""
 
 
 class _Datagrams(asyncio.DatagramProtocol):

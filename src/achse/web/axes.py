@@ -47,7 +47,7 @@ class AxisHandlers:
         self._override = named((CYCLIC,), "velocity_override")
 
     async def watch_axes(self, subscription: SharedSubscription, arguments: Arguments) -> None:
-        """Topic `axes`: a row for each axis, every so many seconds."""
+        """Publish topic `axes`: a row for each axis, every so many seconds."""
         every = arguments.number("every", 0.1, FASTEST, SLOWEST)
         age = _LOOK_AGAIN
         axes: list[tuple[int, str, str]] = []
@@ -97,7 +97,7 @@ class AxisHandlers:
         return rows
 
     async def watch_axis(self, subscription: SharedSubscription, arguments: Arguments) -> None:
-        """Topic `axis`: the row of one axis, and all else that its cyclic structure tells."""
+        """Publish topic `axis`: the row of one axis, and all of its cyclic structure."""
         every = arguments.number("every", 0.1, FASTEST, SLOWEST)
         number = arguments.integer("axis", None, 1, 255)
         axis = self._nc.nc.axis(number)

@@ -84,7 +84,7 @@ class BusHandlers:
             return False
 
     async def watch_bus(self, subscription: SharedSubscription, arguments: Arguments) -> None:
-        """Topic `bus`: each bus with its slaves."""
+        """Publish topic `bus`: each bus with its slaves."""
         every = arguments.number("every", 0.5, 0.1, 10.0)
         while True:
             wrong = await self._wrong_counters()
@@ -214,7 +214,7 @@ class BusHandlers:
         return drives
 
     async def watch_drives(self, subscription: SharedSubscription, arguments: Arguments) -> None:
-        """Topic `drives`: the same again and again."""
+        """Publish topic `drives`: the rows of `drives`, in each interval."""
         every = arguments.number("every", 0.5, 0.1, 10.0)
         while True:
             subscription.show(await self.drives(arguments))

@@ -71,7 +71,7 @@ class FaultHandlers:
         return faults
 
     async def watch(self, subscription: SharedSubscription, arguments: Arguments) -> None:
-        """Topic `faults`: number, state, hits and text of each."""
+        """Publish topic `faults`: number, state, hits and text of each."""
         every = arguments.number("every", 0.5, 0.1, 10.0)
         while True:
             subscription.show(await self.active())

@@ -57,7 +57,7 @@ class Jogging:
             pressed.timer = loop.call_later(HELD_FOR, self._let_go, number)
 
     async def release(self, number: int, axis: RemoteAxis) -> None:
-        """The key is let go: halt."""
+        """Halt: the key is released."""
         self._forget(number)
         await axis.halt(wait=False)
 
@@ -75,7 +75,7 @@ class Jogging:
             task.add_done_callback(self._halting.discard)
 
     async def end(self) -> None:
-        """The page goes: halt what it jogs."""
+        """Halt the axes that the page jogs: it disconnects."""
         for number in list(self._axes):
             self._let_go(number)
         await asyncio.gather(*self._halting)

@@ -25,7 +25,7 @@ class JournalHandlers:
         self._process_log = process_log
 
     async def watch(self, subscription: SharedSubscription, arguments: Arguments) -> None:
-        """Topic `log`: messages from now on; of this process the newest 500 lines before, too."""
+        """Publish topic `log`: messages from now on; of this process the newest 500 before, too."""
         if self._process_log is not None:
             with self._process_log.followed(subscription.show_lines):
                 await asyncio.Event().wait()

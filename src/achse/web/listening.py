@@ -68,7 +68,7 @@ class BoundedHttp(H11Protocol):
             self.transport.close()
 
     def on_response_complete(self) -> None:
-        """The next request has its own time."""
+        """Restart the time limit for the next request."""
         super().on_response_complete()
         self.waits_since = self.loop.time()
         self._within(REQUEST_WITHIN)
@@ -80,7 +80,7 @@ class BoundedHttp(H11Protocol):
         super().handle_websocket_upgrade(event)
 
     def connection_lost(self, exc: Exception | None) -> None:
-        """The end."""
+        """End the timer with the connection."""
         self._end_timer()
         super().connection_lost(exc)
 
@@ -103,13 +103,13 @@ class BoundedSocket(WSProtocol):
     """A WebSocket that reads no more while what it has to send is not taken: pings as well."""
 
     def pause_writing(self) -> None:
-        """The page does not read."""
+        """Pause reading, too: the page does not read."""
         super().pause_writing()
         if not self.transport.is_closing():
             self.transport.pause_reading()
 
     def resume_writing(self) -> None:
-        """It reads again."""
+        """Resume reading: the page reads again."""
         super().resume_writing()
         if not self.read_paused and not self.transport.is_closing():
             self.transport.resume_reading()

@@ -23,7 +23,7 @@ class OverviewHandlers:
         self._faults = faults
 
     async def watch_overview(self, subscription: SharedSubscription, arguments: Arguments) -> None:
-        """Topic `overview`: an achse station tells its figures, others the states of devices."""
+        """Publish topic `overview`: figures of an achse station, device states of others."""
         every = arguments.number("every", 0.5, 0.1, 10.0)
         before: dict[str, Any] | None = None
         while True:

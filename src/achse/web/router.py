@@ -39,7 +39,7 @@ class RouterHandlers:
         }
 
     async def watch(self, subscription: SharedSubscription, arguments: Arguments) -> None:
-        """Topic `router`: the figures of the router."""
+        """Publish topic `router`: the figures of the router."""
         every = arguments.number("every", 0.5, 0.1, 10.0)
         while True:
             subscription.show(json.loads(await self._device.read_raw(self._group, 0, LONGEST_TEXT)))

@@ -53,11 +53,11 @@ class SampleTaker(Protocol):
     """Receiver of the rows of a sampler."""
 
     def take(self, sampler: "SharedSampling", rows: SampleRows) -> None:
-        """New rows."""
+        """Accept new rows."""
         ...
 
     def end(self, failure: Exception | None) -> None:
-        """No more come."""
+        """End: no more rows come."""
         ...
 
 
@@ -178,7 +178,7 @@ class SharedSampling:
             taker.end(failure)
 
     async def _hand_out(self, rows: SampleRows) -> None:
-        """One page in each turn of the loop: sending to all at once would hold a cycle up."""
+        """Send to one page in each turn of the loop: all at once would delay a cycle."""
         for number, taker in enumerate(list(self.takers)):
             if number:
                 await asyncio.sleep(0)

@@ -69,7 +69,7 @@ class PageScope:
         self._trigger = trigger
 
     def take(self, sampler: SharedSampling, rows: SampleRows) -> None:
-        """New rows; the one that fires the trigger is the first of a block."""
+        """Accept new rows; the one that fires the trigger is the first of a block."""
         width = len(sampler.channels)
         fired = None if self._trigger is None else self._trigger.first(rows, width)
         parts = [(rows, BlockFlag.GAP if rows.gap else 0)]
@@ -218,7 +218,7 @@ class ScopeHandlers:
         return PageScope(page.next_scope(), page.send_queue, self._zero_at(0), watch)
 
     async def _left(self, wish: str, sampler: SharedSampling) -> None:
-        """A sampler without pages ends."""
+        """End a sampler without pages."""
         sampler.users -= 1
         if not sampler.users:
             if self._samplers.get(wish) is sampler:

@@ -84,7 +84,7 @@ class PageSendQueue:
         return self._block_bytes
 
     def put(self, text: str) -> None:
-        """An answer or an event: nothing replaces it. The caller bounds how many there are."""
+        """Queue an answer or an event, which nothing replaces. The caller limits their number."""
         self._answers.append(text)
         if len(self._answers) >= MOST_ANSWERS:
             self._room.clear()
@@ -95,21 +95,21 @@ class PageSendQueue:
         await self._room.wait()
 
     def put_state(self, watch: int, fields: str) -> None:
-        """The newest value of a watch, `"value":…`; one that still waits is replaced."""
+        """Queue the newest value of a watch, `"value":…`; it replaces one that still waits."""
         if watch in self._states:
             self._skipped[watch] = self._skipped.get(watch, 0) + 1
         self._states[watch] = fields
         self._some.set()
 
     def put_lines(self, watch: int, lines: list[str]) -> None:
-        """Lines of a watch, each as JSON."""
+        """Queue lines of a watch, each as JSON."""
         self._lines.setdefault(watch, _WaitingLines()).add(lines)
         self._some.set()
 
     def put_block(
         self, scope: int, payload: bytes, columns: int, rows: int, flags: int = 0
     ) -> None:
-        """A block of samples: columns of float64, the first of them times."""
+        """Queue a block of samples: columns of float64, the first of them times."""
         if scope in self._gaps:
             flags |= BlockFlag.GAP
             self._gaps.discard(scope)
@@ -136,13 +136,13 @@ class PageSendQueue:
             await self._lighter.wait()
 
     def forget_watch(self, watch: int) -> None:
-        """Nothing of a watch is sent any more."""
+        """Drop the queued values of a watch."""
         self._states.pop(watch, None)
         self._skipped.pop(watch, None)
         self._lines.pop(watch, None)
 
     def forget_scope(self, scope: int) -> None:
-        """Nothing of a scope is sent any more."""
+        """Drop the queued blocks of a scope."""
         self._blocks = deque(each for each in self._blocks if each.scope != scope)
         self._block_bytes = sum(len(each.payload) for each in self._blocks)
         self._lighter.set()
@@ -190,5 +190,5 @@ class PageSendQueue:
         return f'{{"event":"data","watch":{watch},"lost":{lost},"value":[{chosen}]}}'
 
     def put_event(self, **fields: object) -> None:
-        """An event with these fields."""
+        """Queue an event with these fields."""
         self.put(dumped(fields))

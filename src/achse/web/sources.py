@@ -70,8 +70,10 @@ class SourceHandlers:
         return await self._work(lambda: self._project(number).read(name))
 
     async def watch_drawings(self, subscription: SharedSubscription, arguments: Arguments) -> None:
-        """Topic `drawings`: the drawn bodies of a file as lines of text, with the values of its
-        program or of the block `of`."""
+        """Publish topic `drawings`: the drawn bodies of a file as lines of text.
+
+        They have the values of its program or of the block `of`.
+        """
         from achse.web.drawings import operand_values, shown
 
         number, name = self._named(arguments)

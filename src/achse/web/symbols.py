@@ -297,7 +297,7 @@ class SymbolHandlers:
         return texts
 
     async def watch(self, subscription: SharedSubscription, arguments: Arguments) -> None:
-        """Topic `symbols`: values of names as texts."""
+        """Publish topic `symbols`: values of names as texts."""
         every = arguments.number("every", 0.2, 0.02, 10.0)
         names = arguments.names("names", 500)
         while True:

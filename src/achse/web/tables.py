@@ -123,7 +123,7 @@ class ChannelHandlers:
         return list(struct.unpack("<8I", data))[:3]
 
     async def watch(self, subscription: SharedSubscription, arguments: Arguments) -> None:
-        """Topic `channel`: state, program line, error, positions of X, Y, Z."""
+        """Publish topic `channel`: state, program line, error, positions of X, Y, Z."""
         id = arguments.integer("channel", None, 1, 255)
         every = arguments.number("every", 0.1, 0.02, 10.0)
         path = self._paths.setdefault(id, deque(maxlen=_MOST_PATH))

@@ -41,7 +41,7 @@ class TrafficHandlers:
         self._names: Names | None = None
 
     async def watch(self, subscription: SharedSubscription, arguments: Arguments) -> None:
-        """Topic `traffic`: exchanges of all clients but this server, filtered as asked."""
+        """Publish topic `traffic`: exchanges of all clients but this server, filtered."""
         accepted = _Filter(arguments)
         if self._names is None:
             self._names = Names(await asyncio.to_thread(self._rows))
@@ -70,7 +70,7 @@ class TrafficHandlers:
             await self._station.write_raw(_TAPS, tap, b"")
 
     async def _learn(self, decoder: Decoder) -> None:
-        """Symbols and types of the PLC, so that values have types."""
+        """Learn symbols and types of the PLC, so that values have types."""
         plc = self._watched.device(PLC_PORT)
         count = decoder.names.learn(plc.address)
         if count.is_whole:

@@ -109,7 +109,7 @@ class Viewer:
                 return self._last_scope
 
     def tell_connection(self, state: str, text: str) -> None:
-        """The target was lost or is back."""
+        """Report that the target was lost or is back."""
         self.send_queue.put_event(event="connection", state=state, text=text)
 
     # in and out ------------------------------------------------------------------------------

@@ -67,16 +67,16 @@ class WatchedTarget:
         return self.client.address
 
     def interrupt(self) -> None:
-        """For the session: the link is lost."""
+        """Report for the session that the link is lost."""
         self._tell("lost", f"the connection to {self.client.session.dialer.peer} is lost")
 
     def renew(self) -> None:
-        """For the session: there is a link again."""
+        """Report for the session that there is a link again."""
         self._has_scopes = None
         self._tell("back", f"connected to {self.client.session.dialer.peer} again")
 
     def symbols_changed(self) -> None:
-        """For the session: what was uploaded is out of date."""
+        """Forget for the session the uploaded symbols: they are out of date."""
         for forget in self._symbol_listeners:
             forget()
 
@@ -85,10 +85,10 @@ class WatchedTarget:
         self._symbol_listeners.append(forget)
 
     async def leave(self) -> None:
-        """For the session: nothing is held here."""
+        """Do nothing for the session: there is no resource here."""
 
     def end(self, error: ConnectionLost | None) -> None:
-        """For the session."""
+        """Report for the session that the connection has ended."""
         self._tell("lost", "the connection has ended" if error is None else str(error))
 
     def _tell(self, state: str, text: str) -> None:
@@ -146,7 +146,7 @@ class WatchedTarget:
         return names
 
     def offer(self, names: tuple[str, ...], there: Callable[[], Awaitable[bool]]) -> None:
-        """Further features, which are there if `there` says so."""
+        """Offer further features, which are there if `there` says so."""
         self._offers.append((names, there))
 
     @property

@@ -461,7 +461,7 @@ class Execution:
         )
 
     def spend(self, size: int) -> None:
-        """So many bytes are moved. Raises CYCLE_TIME_EXCEED if that is too much for one cycle."""
+        """Count moved bytes. Raise CYCLE_TIME_EXCEED if they are too many for one cycle."""
         self._spent(size // BYTES_A_PASS, b"")
 
     def _spent(self, passes: int, value: bytes) -> bytes:
@@ -481,7 +481,7 @@ class Execution:
         return int(TEXTS["text_find"](text, other, unit))
 
     def _caught(self, failure: BaseException) -> None:
-        """A program may catch what it likes, but not the end of its budget, and it costs some."""
+        """Charge a caught exception; the end of the budget cannot be caught."""
         if self._fuel[0] < 0:
             raise failure
         is_overflow = code_of(failure) == ExceptionCode.STACK_OVERFLOW

@@ -33,7 +33,7 @@ class Frames:
         self._top = top
 
     def clear(self) -> None:
-        """No call is running, but those that are held."""
+        """Drop all frames but those of halted calls."""
         self._top[0] = self._floor
 
     def hold(self) -> None:
@@ -41,7 +41,7 @@ class Frames:
         self._floor = self._top[0]
 
     def let_go(self) -> None:
-        """The frames held may be left again: their cycle goes on."""
+        """Release the halted frames: their cycle continues."""
         self._top[0], self._floor = self._floor, 0
 
     def enter(self, size: int, image: bytes) -> int:
@@ -56,7 +56,7 @@ class Frames:
         return start
 
     def leave(self, start: int) -> None:
-        """The frame at that offset, and all after it, are gone."""
+        """Drop the frame at that offset, and all after it."""
         self._top[0] = start
 
 

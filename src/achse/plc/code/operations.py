@@ -65,7 +65,7 @@ def _selected(which: bool, no: Any, yes: Any) -> Any:
 
 
 def _raise_exception(code: int) -> None:
-    """F_RaiseException."""
+    """Raise the exception of F_RaiseException."""
     raise PlcFault(code, "raised by the program")
 
 

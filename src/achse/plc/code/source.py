@@ -103,11 +103,11 @@ class SourceLines:
         self._at = at
 
     def place(self, at: int) -> None:
-        """Lines from now on come from there."""
+        """Set the place in the source of the following lines."""
         self._at = at
 
     def add(self, text: str) -> None:
-        """One more line."""
+        """Add a line."""
         self.lines.append(SourceLine("    " * self.depth + text, self._at))
 
     @contextmanager

@@ -62,7 +62,7 @@ class StatementWriter:
         """The lines of those functions."""
 
     def block(self, head: str, statements: nodes.LoweredStatements) -> None:
-        """A line, and a list of statements one level in."""
+        """Write a line, and a list of statements one level in."""
         with self._lines.within(head):
             self.list_of(statements)
 
@@ -126,7 +126,7 @@ class StatementWriter:
                 self._lines.add(line)
 
     def effects(self, values: Sequence[nodes.LoweredValue]) -> None:
-        """Values for what they do."""
+        """Evaluate values for their effects."""
         for value in values:
             self._lines.add(self._of.effect(value))
 
@@ -147,7 +147,7 @@ class StatementWriter:
         self._lines.add(f"if fuel < 0: {count}exhausted()")
 
     def _nested_function(self, statement: nodes.LoweredStatement) -> None:
-        """A statement as a function of its own."""
+        """Write a statement as a function of its own."""
         name, left = self._of.temporary(), self._of.temporary()
         outer = (self._lines, self._depth, self._leaves)
         lines = SourceLines(statement.at, self._base)
@@ -174,7 +174,7 @@ class StatementWriter:
                     act()
 
     def leave(self) -> None:
-        """RETURN, with what the routine gives."""
+        """Write RETURN, with the routine's result."""
         if self._function:
             self._give_back(_Leaves.RETURN)
             return
@@ -212,10 +212,10 @@ class StatementWriter:
         branches: Sequence[tuple[int, Callable[[], str], nodes.LoweredStatements]],
         otherwise: nodes.LoweredStatements,
     ) -> None:
-        """The first one whose test holds; each test is written at its own place.
+        """Write the branches; the first one whose test holds is run.
 
-        Each `elif` of Python is inside the one before, and a few hundred are too deep for it. Cases
-        of a `match` stand side by side.
+        Each test is written at its own place. Each `elif` of Python is inside the one before, and a
+        few hundred are too deep for it; cases of a `match` are on one level.
         """
         lines = self._lines
         if not branches:
@@ -237,7 +237,7 @@ class StatementWriter:
                 self.block("else:", otherwise)
 
     def _loop(self, statement: nodes.Loop) -> None:
-        """A loop; with marks inside, or CONTINUE in a __TRY, EXIT and CONTINUE are exceptions."""
+        """Write a loop; with marks or CONTINUE in a __TRY, EXIT and CONTINUE are exceptions."""
         self.effects(statement.start)
         head = "True" if statement.before is None else self._of.condition(statement.before)
         lines, body = self._lines, statement.body
@@ -306,7 +306,7 @@ class StatementWriter:
         self._depth -= 2
 
     def _with_marks(self, statements: nodes.LoweredStatements) -> None:
-        """A list with marks: from the mark that was jumped to, on to the end."""
+        """Write a list with marks: from the mark that was jumped to, on to the end."""
         lines = self._lines
         self._depth += 2
         where = self._of.temporary()

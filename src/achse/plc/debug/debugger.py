@@ -178,7 +178,7 @@ class Debugger:
         self._aim()
 
     def renew(self) -> None:
-        """The PLC has other code: make its debug build, and find the places again."""
+        """Make the debug build of the PLC's new code, and find the places again."""
         self._make()
 
     def end(self) -> None:

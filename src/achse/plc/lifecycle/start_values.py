@@ -88,7 +88,7 @@ class _Start:
     # one variable ----------------------------------------------------------------------------
 
     def _begin(self, variable: Variable[Any, Any], spot: PointedValue, own: PointedValue) -> None:
-        """First what a variable consists of, then what is said of the variable itself.
+        """Initialise first the parts of a variable, then the variable itself.
 
         Members begin as their type says, so siblings see its values and not those of this one
         declaration: what FB_init does comes before the values of an instance, too.

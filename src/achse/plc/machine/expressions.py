@@ -110,7 +110,7 @@ class ExpressionTranslator:
         return self.module.sites.number(self.number_of_routine, self.at, kind)
 
     def place(self, at: int) -> None:
-        """We are at another place of the source now."""
+        """Set the place in the source."""
         self.at = at
 
     def buffer(self, size: int) -> Operand:
@@ -133,7 +133,7 @@ class ExpressionTranslator:
         return OwnBytes(self.builder.buffer(max(type.size + 7 & -8, 8)), type.size, length)
 
     def end_statement(self) -> None:
-        """Buffers are free again."""
+        """Free the buffers."""
         for size, buffer in self._borrowed_buffers:
             self._buffers[size].append(buffer)
         self._borrowed_buffers.clear()

@@ -74,7 +74,7 @@ class _LoadedPrograms:
         self._there.add(program)
 
     def closed(self, program: object) -> None:
-        """A program is unloaded without a search."""
+        """Note that a program is unloaded without a search."""
         self._there.discard(program)
 
 
@@ -137,7 +137,7 @@ class MachineProgram:
         self._is_open = True
 
     def release(self) -> None:
-        """The areas may move: nothing can run until `renew`."""
+        """Release the areas, which may move: nothing can run until `renew`."""
         self._is_open = False
         for number in range(len(self._areas)):
             self._areas[number] = 0

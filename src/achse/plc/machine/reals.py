@@ -82,7 +82,7 @@ class RealTranslator:
         return b.get(result)
 
     def _required_nan(self, values: list[Operand]) -> None:
-        """FPU_INVALID_OPERATION unless one of the values is NaN."""
+        """Raise FPU_INVALID_OPERATION unless one of the values is NaN."""
         of = self._of
         b = of.builder
         known = b.constant(BOOL, False)

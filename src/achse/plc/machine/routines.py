@@ -70,7 +70,7 @@ class _RoutineTranslator:
         self._rooms = parameters
 
     def write(self) -> None:
-        """Body first: it shows what the head needs."""
+        """Write the routine, body first: it shows what the head needs."""
         routine, of, b = self._routine, self._of, self._builder
         of.calls.check_parameters(self._signature)
         b.will_descend()
@@ -116,7 +116,7 @@ class _RoutineTranslator:
         b.named("instance", of.storages.looked_up(of.this, this.size))
 
     def _enter(self) -> None:
-        """The frame: room for it, its image, and the parameters that need memory."""
+        """Write the frame: room for it, its image, and the parameters that need memory."""
         routine, of, b = self._routine, self._of, self._builder
         frames = self._module.support.frames
         top = b.named("frame.offset", b.load(U64, frames))
@@ -209,7 +209,7 @@ def write_entry(
 def write_callback(
     module: "ProjectTranslator", signature: RoutineSignature, builder: FunctionBuilder, number: int
 ) -> None:
-    """A function of machine code that Python does: `number` says which."""
+    """Write a function of machine code that calls Python's function `number`."""
     b = builder
     b.place = None
     size = len(b.parameters) + 1

@@ -67,7 +67,7 @@ class StatementTranslator:
         """FINALLY parts that are around the statement."""
 
     def block(self, statements: nodes.LoweredStatements) -> None:
-        """A list of statements."""
+        """Write a list of statements."""
         if any(isinstance(one, JumpMark) for one in statements):
             self._with_marks(statements)
             return
@@ -116,7 +116,7 @@ class StatementTranslator:
                 raise NotTranslatedError("instances are created in it")
 
     def _effects(self, values: Sequence[nodes.LoweredValue]) -> None:
-        """Values for what they do."""
+        """Evaluate values for their effects."""
         for value in values:
             self._of.value(value)
         self._of.end_statement()
@@ -181,7 +181,7 @@ class StatementTranslator:
         bodies: list[Label],
         otherwise: Label,
     ) -> None:
-        """Range by range."""
+        """Write the branches, range by range."""
         b, type = self._of.builder, selector.type
         for choice, body in zip(statement.cases, bodies, strict=True):
             for first, last in choice.labels:
@@ -241,7 +241,7 @@ class StatementTranslator:
     # jumps -----------------------------------------------------------------------------------
 
     def _with_marks(self, statements: nodes.LoweredStatements) -> None:
-        """A list with marks; it takes from the budget when it begins and with each jump."""
+        """Write a list with marks; it charges the budget when it begins and with each jump."""
         of = self._of
         b = of.builder
         labels = {one.label: b.label() for one in statements if isinstance(one, JumpMark)}
@@ -272,7 +272,7 @@ class StatementTranslator:
     # exceptions ------------------------------------------------------------------------------
 
     def _through(self, finals: int) -> None:
-        """The FINALLY parts between here and where we go, the innermost first."""
+        """Write the FINALLY parts between here and the target, the innermost first."""
         b, around, at = self._of.builder, list(self._finals), self._of.at
         while len(self._finals) > finals:
             outer, part = self._finals.pop()

@@ -110,7 +110,7 @@ class MachineStorages:
         return terms
 
     def _check(self, index: Operand, first: Operand, last: Operand) -> None:
-        """ARRAYBOUNDS unless an index is within."""
+        """Raise ARRAYBOUNDS unless an index is within."""
         of = self._of
         b = of.builder
         if first.is_constant and last.is_constant and int(last.text) >= int(first.text):

@@ -136,7 +136,7 @@ def _task_index(plc: BuiltinContext, block: Any) -> None:
 
 
 def _cpu_counter(plc: BuiltinContext, block: Any) -> None:
-    """The counter has 100 ns; it counts the time of the station."""
+    """Read the counter of 100 ns, which counts the time of the station."""
     count = plc.time_ns // 100
     block.cpuCntLoDW = count & 0xFFFF_FFFF
     block.cpuCntHiDW = count >> 32 & 0xFFFF_FFFF

@@ -250,12 +250,12 @@ class Forwarding:
         return session.exchanges.get(target)
 
     def sent(self, session: ForwardedClient, count: int, size: int, now: int) -> None:
-        """So many requests were entered into an exchange: they are under way now."""
+        """Count requests that were entered into an exchange: they are under way now."""
         self.requests.added(count)
         self.requests.sent(session, count, size, now)
 
     def answered(self, request: PendingRequest, count: int, size: int) -> None:
-        """So many requests like this one were removed from an exchange: they are answered."""
+        """Count requests like this one that were removed from an exchange: they are answered."""
         before = self.returned
         self.returned += count
         measured = self.returned // MEASURED - before // MEASURED
@@ -321,7 +321,7 @@ class Forwarding:
                 self._discard(session, resource)
 
     def _enter(self, session: ForwardedClient, resource: Resource, recipe: bytes) -> None:
-        """The target gave out a resource."""
+        """Enter a resource that the target allocated."""
         if resource.kind is ResourceKind.SUBSCRIPTION:
             before = self._subscribers.get(resource)
             if before is not None:  # the target has forgotten it, and gives the number again
@@ -359,7 +359,7 @@ class Forwarding:
         self._send_request(session, target, Command.READ, version_request(), came)
 
     def _discard(self, session: ForwardedClient, resource: Resource) -> None:
-        """A resource was released by `session`, which may not be the one that fetched it."""
+        """Discard a resource that `session` released, which may not be the one that fetched it."""
         if resource not in session.resources:
             if resource.kind is not ResourceKind.SYMBOL_HANDLE:
                 return
@@ -379,7 +379,7 @@ class Forwarding:
             self._sessions.rest(session)
 
     def _freed(self, session: ForwardedClient) -> None:
-        """Nothing more comes for the alias of a session: others may have it."""
+        """Free the alias of a session: nothing more comes for it, others may have it."""
         if self._journal is not None:
             self._journal.forget_client(session.alias)
         self.requests.drop(session)

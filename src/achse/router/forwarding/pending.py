@@ -292,7 +292,7 @@ class PendingRequests:
         return True
 
     def sent(self, session: ForwardedClient, count: int, size: int, now: int) -> None:
-        """So many requests of a client are under way now, of `size` bytes with their answers."""
+        """Count requests of a client under way, of `size` bytes with their answers."""
         load = session.load
         load.time = now
         load.count += count
@@ -309,11 +309,11 @@ class PendingRequests:
         return request
 
     def added(self, count: int) -> None:
-        """So many requests were entered into exchanges; negative: removed."""
+        """Count requests entered into exchanges; negative: removed."""
         self.different += count
 
     def answered(self, request: PendingRequest, count: int, size: int) -> None:
-        """So many requests like `request` are under way no longer."""
+        """Count requests like `request` that are no longer under way."""
         load = request.session.load
         if request.change is not None:
             load.fetching -= request.change.fetches

@@ -122,7 +122,7 @@ class Restoration:
         self._step(self._fetch)
 
     def _step(self, following: Callable[[], None]) -> None:
-        """One answer has come; behind the last one comes the following phase."""
+        """Handle an answer; the last one starts the following phase."""
         self._waiting -= 1
         self.answers += 1
         if not self._waiting and not self._is_closed:

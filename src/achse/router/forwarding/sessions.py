@@ -154,7 +154,7 @@ class Sessions:
         self._freed(session)
 
     def forget(self, session: ForwardedClient) -> None:
-        """The client asks no more by this session."""
+        """Forget the session: its client sends no more requests by it."""
         self._idle.pop(session, None)
         sources = self._by_source[session.source]
         del sources[session.client]

@@ -34,7 +34,7 @@ class HostShare:
         self.resize(0)
 
     def resize(self, change: int) -> None:
-        """So many connections have come; negative: gone."""
+        """Count new connections; negative: ended ones."""
         self.connections += change
         count = max(self.connections, 1)
         self.window = max(1, min(WINDOW, HOST_WINDOW // count))

@@ -82,7 +82,7 @@ class RoutineBody:
         self.checking.fault(self.source, at, message, code)
 
     def missing_in_out(self, signature: Signature, name: str, at: int) -> None:
-        """A VAR_IN_OUT without an argument."""
+        """Report a VAR_IN_OUT without an argument."""
         raise Unexpected(
             at, f"{signature.name} is called without its VAR_IN_OUT {name}", Code.IN_OUT_ARGUMENT
         )

@@ -183,13 +183,13 @@ class Checking:
         return self._functions[key]
 
     def require(self, signature: Signature) -> None:
-        """Have a routine checked, because something calls it."""
+        """Queue a routine for checking, because it is called."""
         if signature.key not in self._pending_names:
             self._pending_names.add(signature.key)
             self._waiting.append(signature)
 
     def require_record(self, type: StructType[Any]) -> None:
-        """Have the routines and tables of a record made, because there is one."""
+        """Queue the routines and tables of a record, because there is an instance."""
         key = type.name.lower()
         if key not in self._requested_records:
             self._requested_records.add(key)
@@ -268,7 +268,7 @@ class Checking:
         self._refuse_arguments_of_statics(tree)
 
     def _refuse_arguments_of_statics(self, tree: object) -> None:
-        """FB_init of VAR_STAT variables gets its default values: others are a fault."""
+        """Refuse arguments of FB_init of VAR_STAT variables: it gets its default values."""
         for part in (tree, *getattr(tree, "parts", ())):
             for block in getattr(part, "blocks", ()):
                 for item in block.variables if block.section == "VAR_STAT" else ():
@@ -326,7 +326,7 @@ class Checking:
         self._require_parts(entry)
 
     def _require_parts(self, entry: DeclaredUnit) -> None:
-        """Have all methods, properties and actions of a unit checked."""
+        """Queue all methods, properties and actions of a unit for checking."""
         for part in self.blocks.own_parts(entry).values():
             try:
                 self._require_part(entry, part)

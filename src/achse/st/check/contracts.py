@@ -108,7 +108,7 @@ class Contracts:
         return [entries[key] for key in keys if key in entries]
 
     def _check_override(self, entry: DeclaredUnit, part: Method) -> None:
-        """A method takes and gives what the one it overrides does: calls go through a table."""
+        """Check that a method has the parameters and result of the one it overrides."""
         key = part.name.lower()
         for owner in (*self._blocks.chain(entry)[1:], *self._interfaces(entry)):
             other = self._blocks.own_parts(owner).get(key)

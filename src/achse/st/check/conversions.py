@@ -219,7 +219,7 @@ class Converter:
             )
 
     def _check_value(self, operand: TypedOperand, target: IecType[Any], at: int) -> None:
-        """A strict enumeration takes numbers, but only those that it has."""
+        """Check that a number assigned to a strict enumeration is one of its values."""
         enum = resolved(target)
         if not isinstance(enum, EnumType):
             return

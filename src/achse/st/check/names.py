@@ -260,7 +260,7 @@ class NameResolver:
         member: Variable[Any, Any],
         at: int,
     ) -> None:
-        """The bounds of a VAR_IN_OUT of ARRAY [*] that a block keeps."""
+        """Add the bounds of a VAR_IN_OUT of ARRAY [*] that a block keeps."""
         if not isinstance(resolved(member.type), ReferenceType):
             return
         bounds: list[TypedValue] = []

@@ -121,7 +121,7 @@ class StatementChecker:
         return tuple(typed_statements)
 
     def _none_after(self, at: int) -> None:
-        """A property takes an output behind its call: not in the middle of something else."""
+        """Refuse an assignment of an output to a property in the middle of something else."""
         if self._body.calls.after:
             self._body.calls.after.clear()
             self._body.fault(

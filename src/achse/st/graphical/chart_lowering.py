@@ -246,7 +246,7 @@ class _Lowering(BodyStatements):
     # flags -------------------------------------------------------------------------------------
 
     def _start_over(self) -> None:
-        """SFCInit and SFCReset put the chart back to its initial step."""
+        """Put the chart back to its initial step (SFCInit, SFCReset)."""
         at = self._start
         for key in ("init", "reset"):
             if key not in self._flags:
@@ -271,7 +271,7 @@ class _Lowering(BodyStatements):
             self.when(Name(_NAMES[key], at), restart, at)
 
     def _stand_still(self) -> None:
-        """SFCQuitError and SFCPause stop the chart as long as they are TRUE."""
+        """Stop the chart as long as SFCQuitError or SFCPause is TRUE."""
         at = self._start
         if "quiterror" in self._flags:
 
@@ -333,7 +333,7 @@ class _Lowering(BodyStatements):
         self._when(self._member(step, "x", at), at, write)
 
     def _check_limit(self, step: ChartStep, at: int) -> None:
-        """A step that is active for longer than its maximum sets SFCError."""
+        """Set SFCError if a step is active for longer than its maximum."""
         if not step.maximum or "error" not in self._flags:
             return
         limit = self.expression(step.maximum, at)

@@ -236,7 +236,7 @@ class InstructionList:
         self._writer.out.append(If((Branch(value, (statement,), at),), (), at))
 
     def _function(self, line: Instruction, at: int) -> None:
-        """A function: the accumulator is its first argument."""
+        """Call a function: the accumulator is its first argument."""
         arguments = [("", self._stable_value(at), False)]
         if line.operand.text:
             call = self._writer.expression(f"f({line.operand.text})", at)

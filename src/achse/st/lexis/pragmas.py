@@ -94,7 +94,7 @@ class Conditions:
         return bool(self._open)
 
     def begin_object(self) -> None:
-        """A unit or type begins: what it defines ends with it."""
+        """Begin a unit or type: its defines end with it."""
         self._outside = dict(self._defines)
 
     def end_object(self) -> None:

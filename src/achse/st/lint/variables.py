@@ -135,7 +135,7 @@ def _is_free(variable: TrackedVariable, unit: TrackedUnit) -> bool:
 def _check_shadow(
     variable: TrackedVariable, around: str | None, scopes: Scopes, report: LintReport
 ) -> None:
-    """A variable of a method that hides one of its block, or any that hides a global one."""
+    """Report a variable of a method that hides one of its block, or any that hides a global one."""
     name = variable.name
     if around is None:
         lists = scopes.globals.get(name.name.lower(), ())
@@ -147,7 +147,7 @@ def _check_shadow(
 
 
 def _check_instance(variable: TrackedVariable, types: DeclaredTypes, report: LintReport) -> None:
-    """An instance of a block that needs several calls, and starts again with each of its own."""
+    """Report an instance of a block that needs several calls but starts again in each call."""
     section = variable.block.section
     in_call = isinstance(variable.owner, Function | Method | Accessor)
     if section != "VAR_TEMP" and not (in_call and section == "VAR"):

@@ -161,7 +161,7 @@ class InitialValues:
         dimension: int,
         offset: int,
     ) -> None:
-        """The elements in order. The dimensions of one array may be bracketed, or not."""
+        """Collect the elements in order. The dimensions of one array may be bracketed, or not."""
         nested = isinstance(resolved(type.element), ArrayType)
         for item in initial.values:
             if isinstance(item, ArrayInitial) and not nested:

@@ -157,7 +157,7 @@ class Building:
         self._ends.append(end)
 
     def devices_changed(self) -> None:
-        """Attached devices came or went."""
+        """Note that attached devices came or went."""
         if self._finished is not None:
             devices, notify = self._finished
             devices[:] = self.devices

@@ -49,11 +49,11 @@ class CamshaftPhase(Phase):
         return self._next_ns if self._awake else math.inf
 
     def begin(self, earliest_ns: int) -> None:
-        """The first cycle is at the first multiple of the cycle time from `earliest_ns` on."""
+        """Begin at the first multiple of the cycle time from `earliest_ns` on."""
         self._next_ns = -(-earliest_ns // self._cycle_ns) * self._cycle_ns
 
     def step(self, now_ns: int) -> None:
-        """Inputs, calculation, outputs; cycles that were left out are not made up for."""
+        """Read inputs, calculate, write outputs; cycles that were left out are not made up for."""
         self._next_ns = now_ns - now_ns % self._cycle_ns + self._cycle_ns
         self._calculate()
 
@@ -160,7 +160,7 @@ class _Exchange:
             building.plcs[self._port].on_online_change(self._bind_again)
 
     def take(self) -> None:
-        """Encoder and inputs; what cannot be read is an I/O error."""
+        """Read encoder and inputs; a failed read is an I/O error."""
         controller = self._controller
         try:
             for take in self._takes:
@@ -178,7 +178,7 @@ class _Exchange:
             self._failed = False
 
     def send(self) -> None:
-        """Outputs to the PLC."""
+        """Write outputs to the PLC."""
         try:
             for send in self._sends:
                 send()

@@ -31,12 +31,12 @@ class _Link:
         self.read, self.written = config.input_address, config.output_address
 
     def take(self) -> None:
-        """Inputs go to the PLC, if they are valid."""
+        """Pass inputs to the PLC, if they are valid."""
         if self.read is not None and self.slave.working:
             self.plc.memory[Area.INPUT].write(self.read, bytes(self.slave.inputs))
 
     def send(self) -> None:
-        """Outputs come from the PLC, if it runs."""
+        """Fetch outputs from the PLC, if it runs."""
         outputs = self.slave.outputs
         if self.written is None or self.plc.is_halted:
             return
@@ -79,14 +79,14 @@ class TerminalBus:
         self._links = [_Link(slaves[number], plc, config) for number, config, plc in self._joined]
 
     def take(self, now_ns: int) -> None:
-        """Before the programs: inputs of the last frame."""
+        """Pass on the inputs of the last frame, before the programs."""
         if self._exchanges:
             self.bus.take()
         for link in self._links:
             link.take()
 
     def send(self, now_ns: int) -> None:
-        """Behind the programs: outputs go out, inputs come in."""
+        """Exchange outputs and inputs, behind the programs."""
         for link in self._links:
             link.send()
         if self._exchanges:

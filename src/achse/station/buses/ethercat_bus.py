@@ -88,7 +88,7 @@ class EthercatBus:
         self.master.request(AlState.OP)
 
     def take(self) -> None:
-        """Nothing: inputs come with `exchange`."""
+        """Do nothing: inputs come with `exchange`."""
 
     def exchange(self) -> None:
         """Run one cycle: outputs go out, inputs of this moment come in."""
@@ -102,10 +102,10 @@ class EthercatBus:
         return self.master.absent(slave)
 
     def on_renewal(self, renewed: object) -> None:
-        """Nothing: the slaves of this process stay."""
+        """Do nothing: the slaves of this process stay."""
 
     def close(self) -> None:
-        """Nothing: there is no interface."""
+        """Do nothing: there is no interface."""
 
     def torque_per_acceleration(self, number: int) -> float:
         """‰ for an increment a second² at drive `number`, 0 if unknown."""
@@ -133,6 +133,6 @@ def slaves_digest(slaves: Sequence[BusSlave]) -> bytes:
 
 
 def log_event(event: BusEvent) -> None:
-    """An event of a bus as a line of the log."""
+    """Write an event of a bus as a line of the log."""
     level = logging.WARNING if event.kind in _WARNINGS else logging.INFO
     log.log(level, "%s: %s", event.kind.value, event.text)

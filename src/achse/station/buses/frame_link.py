@@ -104,7 +104,7 @@ class BusLink:
         """True if all sent frames are back."""
 
     def send(self, now_ns: int) -> None:
-        """The outputs of the cycle at bus time `now_ns`, and a frame of requests."""
+        """Send the outputs of the cycle at bus time `now_ns`, and a frame of requests."""
         link = self._link
         frames = self.master.transmit(now_ns)
         self._sent_ns, self._left_ns = self._clock(), self._now()

@@ -115,7 +115,7 @@ class InterfaceBus:
     # slaves
 
     def _configure(self, configuration: BusConfiguration) -> None:
-        """Another master, if the bus is another than before."""
+        """Create another master, if the bus is another than before."""
         before = getattr(self, "master", None)
         if before is not None and before.bus == configuration:
             return
@@ -165,7 +165,7 @@ class InterfaceBus:
             self._go_on_searching()
 
     def exchange(self) -> None:
-        """Outputs and requests go out; what comes back is for the next cycle."""
+        """Send outputs and requests; the returning frames are for the next cycle."""
         self.now_ns += self.cycle_ns
         now = self._link_ns()
         if self._way is not None:
@@ -181,7 +181,7 @@ class InterfaceBus:
             self._end_left()
 
     def _end_left(self) -> None:
-        """Requests to a master that is gone end, each with its error."""
+        """End the requests to a master that is gone, each with its error."""
         for master in self._departing_masters:
             master.poll(self._link_ns(), 4)
         self._departing_masters = [
@@ -207,7 +207,7 @@ class InterfaceBus:
         return InterfacePair((self.interface, self.second_interface), self._open_link)
 
     def _fail(self, trouble: str) -> None:
-        """Nothing is found on the interface."""
+        """Report that no slave is on the interface."""
         self._in_vain = True
         self._report(trouble)
 
@@ -233,7 +233,7 @@ class InterfaceBus:
         self._search = traffic, traffic.start(scan_bus(with_objects=self.plan.own_mapping))
 
     def _go_on_searching(self) -> None:
-        """Frames of the search, as many as about a quarter of the cycle has time for."""
+        """Send frames of the search, as many as about a quarter of the cycle has time for."""
         assert self._search is not None
         assert self._socket is not None
         traffic, job = self._search
@@ -304,7 +304,7 @@ class InterfaceBus:
             )
 
     def _leave(self) -> None:
-        """No frames any more; the bus is searched again."""
+        """Stop the frames; the bus is searched again."""
         self._way = None
         self._again_ns = self._link_ns()
 

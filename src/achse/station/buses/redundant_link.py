@@ -77,7 +77,7 @@ class RedundantLink:
         return self._whole.popleft() if self._whole else None
 
     def _give_up(self, now_ns: int) -> None:
-        """Frames of which a copy is missing for long enough."""
+        """Pass on frames whose other copy is missing for long enough."""
         ring = self.redundancy
         if ring.halves:
             before = now_ns - self.patience_ns

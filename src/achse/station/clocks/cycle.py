@@ -52,7 +52,7 @@ class Phase(ABC):
         second. An attribute serves as well as a property."""
 
     def begin(self, earliest_ns: int) -> None:  # noqa: B027  # not every phase counts
-        """Be part of the cycle from now on; no step can be before `earliest_ns`."""
+        """Join the cycle; no step can be before `earliest_ns`."""
 
     @abstractmethod
     def step(self, now_ns: int) -> None:
@@ -81,7 +81,7 @@ class CyclicPhase(Phase):
         self._run = run
 
     def begin(self, earliest_ns: int) -> None:
-        """The first step is at the first multiple of the cycle from `earliest_ns` on."""
+        """Begin with the first multiple of the cycle from `earliest_ns` on."""
         self.due_ns = -(-earliest_ns // self.cycle_ns) * self.cycle_ns
 
     def step(self, now_ns: int) -> None:

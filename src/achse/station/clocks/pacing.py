@@ -84,14 +84,14 @@ class Pace:
             self._clock.align()
 
     def shift(self, by_ns: int) -> None:
-        """All moments to come are later by this; they never come nearer than half a tick."""
+        """Delay all moments to come by this; they never come nearer than half a tick."""
         by_ns = max(by_ns, -int(self._wall_per_tick / 2) - self._shifted)
         self._origin += by_ns
         self.due += by_ns
         self._shifted += by_ns
 
     def note(self, computed_ns: int) -> None:
-        """A tick took so long to compute."""
+        """Note the time that a tick took to compute."""
         self.steps[bisect_left(STEP_BOUNDS_NS, computed_ns)] += 1
         self.computed_ns += computed_ns
 

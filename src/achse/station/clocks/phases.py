@@ -55,7 +55,7 @@ class NcPhase(Phase):
         self._cycle_ns = nc.cycle_ns
 
     def begin(self, earliest_ns: int) -> None:
-        """The first cycle is at the first multiple of the cycle time from `earliest_ns` on."""
+        """Begin at the first multiple of the cycle time from `earliest_ns` on."""
         self.due_ns = -(-earliest_ns // self._cycle_ns) * self._cycle_ns
 
     def step(self, now_ns: int) -> None:

@@ -45,13 +45,13 @@ class WakeTimer:
         return int(self._descriptor)
 
     def wake_at(self, moment_ns: int) -> None:
-        """Be readable from this moment of `time.monotonic_ns` on; at once if it is over."""
+        """Become readable at this moment of `time.monotonic_ns`; at once if it is over."""
         spec = self._spec
         spec.first_s, spec.first_ns = divmod(max(moment_ns, 1), 1_000_000_000)
         self._library.timerfd_settime(self._descriptor, _ABSOLUTE, self._reference, None)
 
     def clear(self) -> None:
-        """Not be readable until the next moment."""
+        """Become unreadable until the next moment."""
         try:
             os.read(self._descriptor, 8)
         except BlockingIOError:  # it was not

@@ -101,7 +101,7 @@ def _models(model: type[BaseModel]) -> list[type[BaseModel]]:
 
 
 def _write_durations(key: dict[str, Any]) -> None:
-    """A default in nanoseconds as it is written in a file."""
+    """Write a default in nanoseconds as a file has it."""
     ways = [key, *key.get("anyOf", ())]
     default = key.get("default")
     if isinstance(default, int) and any("2ms" in way.get("examples", ()) for way in ways):
@@ -144,7 +144,7 @@ def _parameter(name: str) -> dict[str, Any]:
 
 
 def _add_faults(fault: dict[str, Any]) -> None:
-    """A shape for each kind, with its fields and no others."""
+    """Add a shape for each kind of fault, with its fields and no others."""
     common: Mapping[str, Any] = fault.pop("properties")
     fault.pop("additionalProperties", None)
     fault["type"] = "object"

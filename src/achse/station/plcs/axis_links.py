@@ -184,7 +184,7 @@ class AxisLinks:
                 self._copies.append((link.region, link.offset, image[: link.at.size]))
 
     def show(self) -> None:
-        """Each axis shows itself to the program."""
+        """Copy each axis to its structure in the program."""
         if self._images is not None:
             self._images.show()
             for region, offset, image in self._copies:
@@ -210,7 +210,7 @@ class AxisLinks:
 
 
 def _take(axis: Axis, data: bytes) -> None:
-    """Values out of their range are the nearest in it; NaN and infinity are left out."""
+    """Apply the values, limited to their ranges; NaN and infinity are left out."""
     for name, value in PLC_TO_NC.decode(data).items():
         if name == "velocity_override":
             value = min(value, _FULL_OVERRIDE)
@@ -239,7 +239,7 @@ class _Places:
         """Structures with the axis they belong to."""
 
     def link(self, port: int, name: str, config: AxisConfig, key: str) -> None:
-        """A structure, or both of an AXIS_REF. Raises ConfigError for one of another axis."""
+        """Link a structure, or both of an AXIS_REF. Raise ConfigError for one of another axis."""
         for (at, variable), each in self.there.items():
             if at == port and name in (variable, each.owner.casefold()):
                 if (at, variable) in self.used_by:
@@ -312,7 +312,7 @@ def _link_mapped(
 
 
 def _link_by_name(places: _Places, axes: Sequence[AxisConfig], count: int) -> None:
-    """AXIS_REFs by the name of the axis; the only ones to the only axis of the station."""
+    """Link AXIS_REFs by the name of the axis; the only ones to the only axis of the station."""
     named = {config.name.casefold(): config for config in axes}
     free = places.free_owners()
     for (port, owner), each in free.items():

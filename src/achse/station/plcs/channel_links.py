@@ -156,7 +156,7 @@ class ChannelLinks:
                 link.take(link.nothing)
 
     def show(self) -> None:
-        """Each channel shows itself to the program."""
+        """Copy each channel to its structure in the program."""
         for link in self._inputs:
             link.show()
 
@@ -181,7 +181,7 @@ class _Structures:
         self.used_by: dict[tuple[int, str], str] = {}
 
     def link(self, port: int, name: str, config: ChannelConfig, key: str) -> None:
-        """One structure. Raises ConfigError if it belongs to another channel."""
+        """Link one structure. Raise ConfigError if it belongs to another channel."""
         at = port, name
         if at in self.used_by:
             raise ConfigError(

@@ -219,7 +219,7 @@ class PlcSource:
         self._checked("", lambda: plc.online_change(globals, programs, sizes, bodies))
 
     def _refuse_new_faults(self, running: "Bodies | None", bodies: "Bodies | None") -> None:
-        """A routine that runs is not replaced by one with errors: that would stop the PLC."""
+        """Refuse to replace a running routine by one with errors, which would stop the PLC."""
         from achse.st.lexis.source import SourceError
 
         if running is None or bodies is None:

@@ -73,7 +73,7 @@ def watch(rows: NcRows, hardware: HardwareRows, dt: float, watched: StepRows, ch
 
 
 def _smooth_as_masters(rows: NcRows, watched: StepRows) -> None:
-    """A slave is as smooth as its masters are; masters come first in the order of the cycle."""
+    """Mark a slave as smooth as its masters, which come first in the order of the cycle."""
     for i in range(len(watched.steps)):
         watched.steps[i].bumpy = 0
         watched.steps[i].pulled_jerk = 0.0

@@ -201,7 +201,7 @@ def look(step: MotionStep, ax: AxisFields, rows: NcRows) -> None:
 
 
 def _look_at_superposition(step: MotionStep, ax: AxisFields) -> None:
-    """A superposition may end within the cycle."""
+    """Note a superposition that may end within the cycle."""
     superposed = ax.superposed
     bent = (
         ax.compensating != 0

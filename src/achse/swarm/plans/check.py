@@ -122,7 +122,7 @@ def _note_running(plan: CheckedPlan, ax: AxisFields, first: int) -> None:
 
 
 def lose(plan: CheckedPlan, ax: AxisFields) -> None:
-    """The axis follows a plan that was made within a walk: its start is not known."""
+    """Forget the plan: the axis follows one made within a walk, whose start is not known."""
     plan.known = 0
     _note_running(plan, ax, ax.profile.index)
 

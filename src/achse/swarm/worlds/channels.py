@@ -183,7 +183,7 @@ class _Programmer:
         self._call(_PARAMETERS, "retrace_enable", [self.draws.randrange(2)])
 
     def axis(self) -> None:
-        """Something about one of its axes alone."""
+        """Act on one of its axes alone."""
         draws = self.draws
         draws.choice(
             (

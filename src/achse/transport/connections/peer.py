@@ -261,7 +261,7 @@ class Peer(PeerWriter):
             self.deliver(frame.reply(error=ReturnCode.INTERNAL_ERROR.number))
 
     def _leave(self) -> None:
-        """From here on the peer is unreachable and holds nothing."""
+        """Remove the peer: it is unreachable and has no resources from here on."""
         was_open = self.connected
         self.connected = False
         if self._forwarding is not None:
@@ -329,7 +329,7 @@ class Peer(PeerWriter):
         return self.router.routes.rights(net_id, admission)
 
     def review_access(self, route: Route) -> None:
-        """This route came, went or changed: a sender that may less now comes again from the start.
+        """End each sender that may do less now, because this route came, went or changed.
 
         So nothing goes on that it had subscribed to or opened when it might more.
         """
@@ -399,7 +399,7 @@ class Peer(PeerWriter):
         return Forwarding(*(self.router, *calls, clock, self._memory, self._put_all, self._journal))
 
     def _may_know(self, peer: object) -> None:
-        """From now on `peer` passes known frames on without decoding."""
+        """Let `peer` pass on known frames without decoding."""
         if isinstance(peer, Peer) and peer._known_frames is None and peer._unchanged:
             peer._known_frames = KnownFrames(peer, peer._stream)
             peer._singles = peer._known_frames.singles
@@ -435,7 +435,7 @@ class Peer(PeerWriter):
         self.owner.loop.call_at(self.owner.loop.time() + 1.0, callback)
 
     def _report_loss(self, session: ForwardedClient) -> None:
-        """Hint that the subscriptions of a client are invalid, and end its connection."""
+        """Report that the subscriptions of a client are invalid, and end its connection."""
         for hint in session.end_hints():
             self.router.deliver(hint)
         if isinstance(session.client, Peer):

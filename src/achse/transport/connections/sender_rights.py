@@ -28,7 +28,7 @@ class SenderRights:
         return before & ~rights
 
     def forget(self, source: bytes) -> None:
-        """It sends no more."""
+        """Forget a sender that sends no more."""
         self.limited.pop(source, None)
 
     def missing(self, frame: Frame) -> Right:

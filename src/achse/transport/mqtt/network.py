@@ -194,7 +194,7 @@ class MqttUser(Protocol):
     """User of a network; its methods are called in the loop."""
 
     def joined(self) -> None:
-        """We are online: what is sent now goes."""
+        """Begin to send: we are online."""
         ...
 
     def parted(self, reason: str) -> None:
@@ -211,7 +211,7 @@ class MqttUser(Protocol):
         ...
 
     def received(self, message: bytes) -> None:
-        """An AMS frame for us."""
+        """Process an AMS frame for us."""
         ...
 
 

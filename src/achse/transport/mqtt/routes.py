@@ -155,7 +155,7 @@ class MqttRoutes:
     # of the network ---------------------------------------------------------------------------
 
     def joined(self) -> None:
-        """Routes come with the infos."""
+        """Note that the network is joined; routes come with the infos."""
         self._has_reported = False
         self._settled.set()
 
@@ -222,10 +222,10 @@ class MqttRoutes:
         return False
 
     def opened(self, peer: Peer) -> None:
-        """Each is open from the start."""
+        """Do nothing: each partner is open from the start."""
 
     def closed(self, peer: Peer) -> None:
-        """It was cut off, or has vanished.
+        """Handle a partner that was cut off, or has vanished.
 
         A partner that was cut off is still online: pending requests are answered, the next one is
         sent.

@@ -127,7 +127,7 @@ class SecureChannel(asyncio.Protocol):
         raise NotImplementedError
 
     def _refused(self, reason: str) -> None:
-        """It ends before `inner` had its transport."""
+        """End before `inner` had its transport."""
         raise NotImplementedError
 
     # asyncio --------------------------------------------------------------------------------
@@ -222,7 +222,7 @@ class SecureChannel(asyncio.Protocol):
     # opening --------------------------------------------------------------------------------
 
     def _open(self) -> None:
-        """The blocks are exchanged: the rest is for `inner`."""
+        """Pass the rest to `inner`: the blocks are exchanged."""
         assert self._tcp is not None
         self._stop_timer()
         self._opened = True

@@ -187,7 +187,7 @@ class SecureListener(TcpListener):
         )
 
     def _refuse(self, peer: Peer, whose: str = "", name: str = "", limit: int = 0) -> None:
-        """No room: there is no way to say so before the connection is made."""
+        """Abort without an answer, which cannot be sent before the handshake."""
         self.refused += 1
         peer.warn("no room: [router] %s is %d", name or "connections", limit)
         peer.abort()
@@ -322,7 +322,7 @@ class _Counted(SecureServer):
             self._held_up = True
 
     def shake(self, data: bytes) -> None:
-        """It is its turn."""
+        """Continue the handshake, whose turn it is."""
         if self._held_up and self._tcp is not None:
             self._tcp.resume_reading()
             self._held_up = False

@@ -118,7 +118,7 @@ class SerialCarrier:
                 self._pass(answer)
 
     def close(self) -> None:
-        """Nothing comes or goes any more."""
+        """Close: nothing is received or sent any more."""
         self._closed = True
         if self._timer is not None:
             self._timer.cancel()
@@ -282,7 +282,7 @@ class SerialTransport:
         self._abort()
 
     def pause_reading(self) -> None:
-        """A serial line brings little."""
+        """Do nothing: a serial line brings little."""
 
     def resume_reading(self) -> None:
-        """It was never paused."""
+        """Do nothing: reading was never paused."""

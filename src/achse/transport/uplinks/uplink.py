@@ -203,7 +203,7 @@ class Uplink:
             self._connection.review_access(route)
 
     def failed(self, reason: str, code: ReturnCode = ReturnCode.HOST_UNREACHABLE) -> None:
-        """The host could not be reached, or does not let us in; what waits is answered `code`."""
+        """Answer waiting requests with `code`: the host is not reached, or does not admit us."""
         self._dialling = False
         self.trouble, self.denied = reason, code is ReturnCode.ACCESS_DENIED
         self._back_off("%s cannot be reached: %s", self.route.host, reason)
@@ -243,7 +243,7 @@ class Uplink:
             self._take_over(peer)
 
     def _take_over(self, peer: Peer) -> None:
-        """Requests go by this connection from now on."""
+        """Send requests by this connection from now on."""
         self._opening, self._dialling = None, False
         self._connection = peer
         if isinstance(peer, DialledPeer):
@@ -312,6 +312,6 @@ class _Queue:
             self._uplink.refuse(frame, code)
 
     def cut(self, reason: str, *details: object) -> None:
-        """They take too much room."""
+        """Refuse the queued requests: they take too much room."""
         log.warning("route %s: what waits is refused: " + reason, self._uplink.route.name, *details)
         self.refuse(ReturnCode.ROUTER_MAILBOX_FULL)

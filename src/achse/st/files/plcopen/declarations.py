@@ -124,7 +124,7 @@ class DeclarationText:
     # declarations ------------------------------------------------------------------------------
 
     def unit(self, element: Element, interface: Element | None) -> None:
-        """The head and the variables of a program, function block or function."""
+        """Write the head and the variables of a program, function block or function."""
         head = _HEADS.get(element.attributes.get("pouType", ""), "FUNCTION_BLOCK")
         self._attributes((element, interface))
         self.put(" ".join([head, *_modifiers(interface), element.attributes.get("name", "")]))
@@ -133,7 +133,7 @@ class DeclarationText:
         self.variables(interface)
 
     def method(self, element: Element, interface: Element | None) -> None:
-        """The head and the variables of a method."""
+        """Write the head and the variables of a method."""
         self._attributes((element, interface))
         words = ["METHOD", *_modifiers(interface), element.attributes.get("name", "")]
         self.put(" ".join(words), element.location)
@@ -141,25 +141,25 @@ class DeclarationText:
         self.variables(interface)
 
     def property(self, element: Element, interface: Element | None) -> None:
-        """The head of a property."""
+        """Write the head of a property."""
         words = ["PROPERTY", *_modifiers(interface), element.attributes.get("name", "")]
         self.put(" ".join(words), element.location)
         self.returns(interface)
 
     def returns(self, interface: Element | None) -> None:
-        """The type of a result."""
+        """Write the type of a result."""
         type = None if interface is None else interface.find("returnType")
         if type is not None:
             self.put(f": {type_text(type)}", type.location)
 
     def variables(self, interface: Element | None) -> None:
-        """The blocks of variables."""
+        """Write the blocks of variables."""
         for block in interface.children if interface is not None else ():
             if block.tag in _SECTIONS:
                 self.block(block)
 
     def block(self, block: Element) -> None:
-        """One block of variables."""
+        """Write one block of variables."""
         if block.tag == "globalVars":
             self._attributes((block,))
         words = [word for key, word in _QUALIFIERS.items() if block.attributes.get(key) == "true"]
@@ -179,7 +179,7 @@ class DeclarationText:
         self.put(f"{name}{placed} : {type}{assigned};", element.location)
 
     def data_type(self, element: Element) -> None:
-        """A whole TYPE."""
+        """Write a whole TYPE."""
         self._attributes((element,))
         name = element.attributes.get("name", "")
         base = element.find("baseType")

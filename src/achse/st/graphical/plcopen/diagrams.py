@@ -246,7 +246,7 @@ class _Diagram:
         return element.text_of(tag).strip() or UNFINISHED
 
     def _value(self, element: Element, tag: str, output: int) -> None:
-        """An expression; one that is negated or has an edge goes through a box."""
+        """Read an expression; one that is negated or has an edge goes through a box."""
         at, text = self._of.at(element), self._text(element, tag)
         through = self._pin(element=element)
         if not through.is_negated and not through.edge:
