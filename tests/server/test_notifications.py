@@ -523,9 +523,7 @@ class Sink:
         return True
 
 
-def test_a_client_that_fails_disturbs_no_other(
-    bench: Any, caplog: pytest.LogCaptureFixture
-) -> None:
+def test_a_failed_client_disturbs_no_other(bench: Any, caplog: pytest.LogCaptureFixture) -> None:
     faulty, address = bench.join()
     bench.subscribe("MAIN.nCounter", mode=3, source=address, origin=faulty)
     bench.subscribe("MAIN.nCounter", mode=3)

@@ -154,7 +154,7 @@ def test_machine_code_is_unloaded_after_the_last_that_refers_to_it() -> None:
     class Host:
         code: MachineCode
 
-        def callback(self, number: int) -> int:
+        def answer_for(self, number: int) -> int:
             return 2 * number
 
     def loaded() -> tuple[weakref.ref[Any], weakref.ref[Host], Any, Any]:
