@@ -8,6 +8,7 @@ Source: 000 §3.2.
 
 import logging
 from collections.abc import Callable, Iterable, Iterator
+from functools import partial
 from typing import Any
 
 from achse.ams import (
@@ -24,7 +25,7 @@ from achse.router.forwarding import Forwarding
 from achse.router.forwarding.forwarded_client import ForwardedClient
 from achse.router.forwarding.journal import LinkJournal
 from achse.router.forwarding.restoring import LinkMemory
-from achse.router.rights import ALL_RIGHTS, Right
+from achse.router.rights import ALL_RIGHTS, NO_RIGHTS, Right
 from achse.router.routes import Admission, Route
 from achse.transport.connections.byte_transport import ByteTransport, PeerOwner
 from achse.transport.connections.circles import CircleWarning
@@ -331,15 +332,18 @@ class Peer(PeerWriter):
     def review_access(self, route: Route) -> None:
         """End each sender that may do less now, because this route came, went or changed.
 
-        So nothing goes on that it had subscribed to or opened when it might more.
+        So nothing goes on that it had subscribed to or opened when it might more. Its rights end at
+        once, the connection behind the answer: the request that changed the route may be its own.
         """
         all_of_them, self._comes_from_router = self._comes_from_router, False
         for source in [each for each in self.senders if all_of_them or each[:6] == route.net_id]:
             net_id, client = source[:6], AmsAddress(source).net_id
             admission = self._effective_admission(net_id)
-            lost = self.rights.assign(source, self._rights_of(net_id, admission))
-            if lost or (admission is Admission.UNKNOWN and self.owner.routes_required):
-                self.turn_out("%s may less than before: the route has changed", client)
+            stranger = admission is Admission.UNKNOWN and self.owner.routes_required
+            rights = NO_RIGHTS if stranger else self._rights_of(net_id, admission)
+            if self.rights.assign(source, rights) or stranger:
+                reason = "%s may less than before: the route has changed"
+                self.owner.loop.call_soon(partial(self.turn_out, reason, client))
                 return
 
     def _refuse(self, frame: Frame) -> bool:
