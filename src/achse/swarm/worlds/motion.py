@@ -12,6 +12,7 @@ from achse.swarm.worlds.world import Act, World
 
 _SECOND = 1_000_000_000
 _MOST_ACTS = 2000
+_CYCLES_US = (125, 500, 1000, 1000, 2000, 2000, 2000, 4000, 10_000)
 
 
 def draw_motion_world(seed: int) -> World:
@@ -53,7 +54,7 @@ def draw_motion_world(seed: int) -> World:
         programs = list(moments(stream, stream.decades(-0.5, 0.5), length_ns))
         acts += draw_channel_acts(stream, channel, len(axes) + 1, 1, programs)
     return World(
-        *(seed, length_ns, draws.choice((1, 2, 2, 4)) * 1_000_000, axes, cams),
+        *(seed, length_ns, draws.choice(_CYCLES_US) * 1000, axes, cams),
         acts=sorted(acts, key=lambda act: act.at_ns),
         channel=channel,
         motion_only=True,
