@@ -1,5 +1,9 @@
 """Routers of a world: clients reach the station through them, whatever is cut or killed."""
 
+import random
+from collections.abc import Callable
+from operator import itemgetter
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -8,6 +12,7 @@ from achse.router.forwarding.forwarding import Forwarding
 from achse.router.forwarding.sessions import Sessions
 from achse.server.handles import HandleTable
 from achse.swarm.play import play
+from achse.swarm.routers import RouterScheduler
 from achse.swarm.worlds.drawing import draw_world
 from achse.swarm.worlds.draws import Stream
 from achse.swarm.worlds.program import draw_programs
@@ -107,3 +112,24 @@ def test_world_with_routers_is_kept_as_text() -> None:
     world = world_of([Act(SECOND, STATION, "router_kill", [0, 1])])
     assert World.decode(world.encode()).routers == world.routers
     assert World.decode(world.encode()).encode() == world.encode()
+
+
+def test_each_moment_of_a_router_takes_one_step() -> None:
+    """World 8000628: each step armed a further one, and the world never ended."""
+    steps: list[tuple[int, Callable[..., None], Any]] = []
+    life: Any = SimpleNamespace(begun_ns=0, time_ns=0, now_ns=lambda: life.time_ns)
+    life.scheduler = SimpleNamespace(call_at_ns=lambda *call: steps.append(call))
+    scheduler, done = RouterScheduler(life), list[int]()
+    dice = random.Random(3)
+    moments = [dice.randrange(1, 1000) for _ in range(300)]
+    for moment in moments:
+        scheduler.call_at_ns(moment, done.append, moment)
+    count = 0
+    while steps:
+        due = min(steps, key=itemgetter(0))
+        steps.remove(due)
+        life.time_ns = due[0]
+        due[1](*due[2:])
+        count += 1
+    assert done == sorted(moments)
+    assert count <= 2 * len(moments)

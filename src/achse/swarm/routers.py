@@ -113,8 +113,10 @@ class RouterScheduler:
         """Make the calls that are due."""
         if life is not self._life:
             return
-        self._armed_ns = float("inf")
         now = life.now_ns()
+        if self._armed_ns > now:  # an earlier call has been armed and made since
+            return
+        self._armed_ns = float("inf")
         while self._calls and self._calls[0][0] <= now:
             heapq.heappop(self._calls)[2]()
             self.run()
