@@ -21,7 +21,8 @@ class Invariant:
 
 
 _ABRUPT = (
-    "reset in motion, new actual position, loop opened or closed: the manuals are abrupt there"
+    "reset in motion, new actual position, loop opened or closed, an external set point that moves:"
+    " the manuals are abrupt there"
 )
 _SLAVES = "slaves of gears follow beyond their limits (decision 0186)"
 
@@ -74,7 +75,8 @@ INVARIANTS = (
         "decisions 0035, 0037",
         f"{_ABRUPT}; gears and cams, see gear-law and slave-step; the first cycle of a law and of"
         " its parameters (0037: a saw takes another gear at once); saws on a curve over their"
-        " master, or that their mask stops at once; slaves of slaves that may jump",
+        " master, or that their mask stops at once; what a master does within a cycle;"
+        " slaves of slaves that may jump",
     ),
     Invariant(
         "new-ratio", "A new ratio makes no slave faster than axis and drive may be.",
