@@ -16,8 +16,8 @@ from collections.abc import Callable, Container, Iterable, Sequence
 from difflib import get_close_matches
 
 from achse.st.missing.built_in import is_built_in
+from achse.st.missing.kinds import is_list
 from achse.st.missing.meanings import Meanings
-from achse.st.missing.stubs import is_list
 from achse.st.missing.uses import MissingUse
 
 _CLOSE = 0.9

@@ -13,11 +13,21 @@ from enum import Enum
 from itertools import groupby
 from typing import Any
 
-from achse.iec.names import ELEMENTARY
 from achse.iec.structs import RecordKind, StructType
 from achse.iec.variables import Section
 from achse.st.declared.signatures import is_open_array, open_array
-from achse.st.lexis.words import KEYWORDS
+from achse.st.missing.kinds import (
+    guessed,
+    has_kind,
+    has_values,
+    is_array,
+    is_block,
+    is_constant,
+    is_enumeration,
+    is_method,
+    is_name,
+    is_read,
+)
 from achse.st.missing.uses import MissingUse, open_bounds
 from achse.st.missing.walk import MissingNames
 from achse.st.syntax.printer import print_type
@@ -44,46 +54,14 @@ _COUNTS = (
     "word",
     "dword",
 )
-_PREFIXES = {
-    "b": "BOOL",
-    "x": "BOOL",
-    "n": "DINT",
-    "i": "INT",
-    "ui": "UINT",
-    "di": "DINT",
-    "udi": "UDINT",
-    "by": "BYTE",
-    "w": "WORD",
-    "dw": "DWORD",
-    "f": "LREAL",
-    "lr": "LREAL",
-    "r": "REAL",
-    "s": "STRING",
-    "ws": "WSTRING",
-    "t": "TIME",
-    "dt": "DT",
-    "p": "PVOID",
-    "h": "UDINT",
-}
-_WORDS = {
-    **dict.fromkeys(("busy", "done", "error", "active", "valid", "aborted"), "BOOL"),
-    **dict.fromkeys(("execute", "enable", "reset", "commandaborted", "q", "in"), "BOOL"),
-    **dict.fromkeys(("position", "velocity", "distance", "override", "jerk"), "LREAL"),
-    **dict.fromkeys(("acceleration", "deceleration"), "LREAL"),
-    **dict.fromkeys(("errorid", "errid", "axisid"), "UDINT"),
-}
-_PREFIX = re.compile(r"([a-z]{1,3})[A-Z0-9_]")
 _ANY = {"pvalue", "disize"}
 _MARK = "{attribute 'stub'}"
 """Mark of blocks whose interfaces are not known: each fits any."""
-_LIST = re.compile(r"GVL|Global|Const|Param|Lib|^Tc\d|^G_", re.IGNORECASE)
-"""Names that are those of lists and libraries, and not of enumerations."""
 _INTERFACE = re.compile(r"I_?[A-Z][a-z]|ITc[A-Z]|I_")
 _COM = re.compile(r"ITc[A-Z]")
 _ROOT = "ITcUnknown"
 """Base of all interfaces of TcCOM."""
 _QUALIFIED = re.compile(r"(?:[^\W\d]\w*\.)+([^\W\d]\w*)", re.ASCII)
-_NAME = re.compile(r"[^\W\d]\w*", re.ASCII)
 _EVENTS = "TC_EVENTS"
 """List of the event classes of a project, whose members are their events."""
 _PARAMETERS = ("VAR_INPUT", "VAR_OUTPUT", "VAR_IN_OUT")
@@ -112,14 +90,14 @@ class _Writer:
 
     def files(self) -> dict[str, str]:
         lists: dict[str, dict[str, MissingUse]] = {}
-        values = {key for use in self._types.values() if _has_values(use) for key in use.values}
+        values = {key for use in self._types.values() if has_values(use) for key in use.values}
         for key, use in self._names.items():
-            if key in self._types or not _is_name(use.name):
+            if key in self._types or not is_name(use.name):
                 continue
             if key in values and not use.is_called and not use.members:
                 continue  # a value of an enumeration, named without it
             if key in self._lists and not use.is_called:
-                if _is_enumeration(use):
+                if is_enumeration(use):
                     names = [one.name for one in use.members.values()]
                     self._enumeration(use.name, names, use.first)
                     continue
@@ -142,7 +120,7 @@ class _Writer:
         """Return the variables behind a name; its types and functions are declared without it."""
         variables: dict[str, MissingUse] = {}
         for key, use in space.members.items():
-            if not _is_name(use.name):
+            if not is_name(use.name):
                 continue
             if use.is_called and (use.is_method or not use.members):
                 self._function(use)
@@ -150,7 +128,7 @@ class _Writer:
                 for event in use.members.values():
                     event.type = "TcEventEntry"
                 variables[key] = use
-            elif use.members and _is_enumeration(use):
+            elif use.members and is_enumeration(use):
                 names = [one.name for one in use.members.values()]
                 self._enumeration(use.name, names, use.first)
             else:
@@ -160,8 +138,8 @@ class _Writer:
     # lists -----------------------------------------------------------------------------------
 
     def _list(self, variables: Mapping[str, MissingUse]) -> Iterator[str]:
-        constants = [use for use in variables.values() if _is_constant(use)]
-        rest = [use for use in variables.values() if not _is_constant(use)]
+        constants = [use for use in variables.values() if is_constant(use)]
+        rest = [use for use in variables.values() if not is_constant(use)]
         if constants:
             yield "VAR_GLOBAL CONSTANT"
             for number, use in enumerate(constants, 1):
@@ -211,28 +189,28 @@ class _Writer:
         if use.type and use.type.lower() != owner.lower() and not use.type.startswith("ARRAY [*"):
             return use.type, True
         like = use.like
-        if like is not None and like.space is not None and _is_enumeration(like.space):
+        if like is not None and like.space is not None and is_enumeration(like.space):
             return like.space.name, True
         if like is not None and like.type and like.type.lower() != owner.lower():
             return like.type, True
-        return _guessed(use.name), False
+        return guessed(use.name), False
 
     def _type(self, name: str, use: MissingUse) -> None:
-        if name.lower() in self._texts or not _is_name(name):
+        if name.lower() in self._texts or not is_name(name):
             return
         self._texts[name.lower()] = []  # A type may point to its own kind.
-        is_called = any(_is_method(one) for one in use.members.values())
-        is_named = (is_called or _is_read(use)) and _INTERFACE.match(name)
+        is_called = any(is_method(one) for one in use.members.values())
+        is_named = (is_called or is_read(use)) and _INTERFACE.match(name)
         if use.is_interface or (use.block is None and is_named):
             lines = list(self._interface(name, use))
         elif use.block is not None and use.block.kind is not RecordKind.FUNCTION_BLOCK:
             lines = list(self._structure(name, use.block))
         elif _ANY <= use.members.keys() <= {*_ANY, "typeclass"}:
             lines = [f"TYPE {name} : __SYSTEM.AnyType; END_TYPE"]
-        elif _has_values(use):
+        elif has_values(use):
             self._enumeration(name, use.values.values(), use.first)
             return
-        elif _is_block(use):
+        elif is_block(use):
             lines = list(self._block(name, use))
         elif use.members or use.is_structure:
             members = [self._declared(one, name) for one in use.members.values()]
@@ -258,8 +236,8 @@ class _Writer:
         self._texts[name.lower()] = [f"TYPE {name} : ({members}); END_TYPE // numbers?"]
 
     def _block(self, name: str, use: MissingUse) -> Iterator[str]:
-        methods = [one for one in use.members.values() if _is_method(one)]
-        variables = [one for one in use.members.values() if not _is_method(one)]
+        methods = [one for one in use.members.values() if is_method(one)]
+        variables = [one for one in use.members.values() if not is_method(one)]
         taken = {*use.inputs, *use.outputs}
         inputs = [*use.inputs.values(), *use.arguments]
         inputs += [one for one in variables if one.is_written and one.name.lower() not in taken]
@@ -305,7 +283,7 @@ class _Writer:
     def _of_symbol_file(self, block: StructType[Any], *, with_inherited: bool) -> Iterator[str]:
         """Return the variables of a block, in the order in which memory has them."""
         members = block.members if with_inherited else block.own_members
-        members = tuple(one for one in members if _is_name(one.name))
+        members = tuple(one for one in members if is_name(one.name))
         for section, variables in groupby(members, lambda one: one.section):
             yield section.value
             for one in variables:
@@ -325,7 +303,7 @@ class _Writer:
         """Return a structure of a symbol file, with the values that numbers in it start with."""
         yield f"TYPE {name} : {'UNION' if type.kind is RecordKind.UNION else 'STRUCT'}"
         for one in type.members:
-            if _is_name(one.name):
+            if is_name(one.name):
                 start = None if one.initial is None else one.type.decode(one.initial_bytes())
                 is_plain = isinstance(start, bool | int | float) and not isinstance(start, Enum)
                 value = f" := {start}" if is_plain else ""
@@ -392,7 +370,7 @@ class _Writer:
         if use.type.lower() in self._blocks:
             return True
         declared = self._types.get(use.type.lower())
-        return declared is not None and (_is_block(declared) or not _has_kind(declared))
+        return declared is not None and (is_block(declared) or not has_kind(declared))
 
     def _interface(self, name: str, use: MissingUse) -> Iterator[str]:
         is_com = use.signature is None and _COM.match(name) and name != self._root
@@ -403,7 +381,7 @@ class _Writer:
         for one in use.members.values():
             if one.name.lower() in signed:
                 continue
-            if _is_method(one):
+            if is_method(one):
                 yield from self._method(one, name)
             else:
                 yield from self._property(one, name)
@@ -448,7 +426,7 @@ class _Writer:
         return self._type_of(value, owner)[0]
 
     def _function(self, use: MissingUse) -> None:
-        result = self._result(use, "Result") or use.type or _guessed(use.name)
+        result = self._result(use, "Result") or use.type or guessed(use.name)
         lines = [f"FUNCTION {use.name} : {result}"]
         lines += self._section(
             "VAR_INPUT", [*use.inputs.values(), *use.arguments], use.name, is_routine=True
@@ -462,83 +440,11 @@ class _Writer:
         """Yield a section; arrays that a routine takes have any length, as variables of the
         caller."""
         is_input = word == "VAR_INPUT" and is_routine
-        for is_array, group in groupby(variables, lambda one: is_input and _is_array(one)):
-            yield "VAR_IN_OUT" if is_array else word
+        for is_open, group in groupby(variables, lambda one: is_input and is_array(one)):
+            yield "VAR_IN_OUT" if is_open else word
             for one in group:
-                if is_array:
+                if is_open:
                     yield f"{_STEP}{one.name} : {open_bounds(one.type)};"
                 else:
                     yield _STEP + self._declared(one, owner, is_input=is_input)
             yield "END_VAR"
-
-
-def _is_name(name: str) -> bool:
-    return (
-        _NAME.fullmatch(name) is not None
-        and name.upper() not in KEYWORDS
-        and name.lower() not in ELEMENTARY
-        and not name.startswith("__")
-    )
-
-
-def _has_values(use: MissingUse) -> bool:
-    """Return True if a missing type is an enumeration by its uses."""
-    is_other = use.is_structure or use.members or _is_block(use)
-    return bool(use.values) and not is_other
-
-
-def _is_block(use: MissingUse) -> bool:
-    called = any(_is_method(one) for one in use.members.values())
-    has_evidence = (
-        use.block or use.is_block or use.is_called or use.inputs or use.outputs or use.generics
-    )
-    return bool(has_evidence or called)
-
-
-def _is_array(use: MissingUse) -> bool:
-    return use.type.startswith("ARRAY [") and not use.is_mixed
-
-
-def _has_kind(use: MissingUse) -> bool:
-    """Return True if any use shows the kind of the name."""
-    return bool(use.members or use.type or use.values or use.element or use.is_structure)
-
-
-def _is_read(use: MissingUse) -> bool:
-    """Return True if no use shows a structure, an array or a block: it may be an interface."""
-    is_other = use.is_structure or use.element or use.values or use.type or _is_block(use)
-    return not is_other and not any(one.is_written for one in use.members.values())
-
-
-def _is_method(use: MissingUse) -> bool:
-    is_instance = use.members and (use.inputs or use.outputs) and not use.is_method
-    return use.is_called and not is_instance
-
-
-def _is_enumeration(use: MissingUse) -> bool:
-    """Return True if a name with a read-only part behind it is a type with its values."""
-    return not (use.is_space or _LIST.search(use.name)) and not any(
-        one.members or one.is_called or one.is_written or one.is_bound or one.element
-        for one in use.members.values()
-    )
-
-
-def is_list(use: MissingUse) -> bool:
-    """Return True if a name with parts is an enumeration, a library or a list of variables by its
-    name, and no instance."""
-    if use.is_space or _LIST.search(use.name):
-        return True
-    parts = use.members.values()
-    return not any(one.is_written or one.inputs or one.outputs or one.element for one in parts)
-
-
-def _is_constant(use: MissingUse) -> bool:
-    return not (use.is_written or use.members or use.element or use.is_called)
-
-
-def _guessed(name: str) -> str:
-    """Return a type from the name alone."""
-    if name.upper().startswith("IID_"):
-        return "IID"
-    match = _PREFIX.match(name)
-    return _WORDS.get(name.lower()) or _PREFIXES.get(match[1] if match else "", "DINT")
