@@ -35,14 +35,21 @@ def test_types_by_names_alone(name: str, type: str) -> None:
 
 def test_kinds_by_uses() -> None:
     use = MissingUse("Mode")
-    assert is_read(use) and is_constant(use) and not is_block(use) and not has_kind(use)
+    assert is_read(use)
+    assert is_constant(use)
+    assert not is_block(use)
+    assert not has_kind(use)
     use.member("Auto")
-    assert is_enumeration(use) and is_list(use) and not is_constant(use)
+    assert is_enumeration(use)
+    assert is_list(use)
+    assert not is_constant(use)
     use.members["auto"].is_written = True
-    assert not is_enumeration(use) and not is_list(use)
+    assert not is_enumeration(use)
+    assert not is_list(use)
     method = use.member("Run")
     method.is_called = True
-    assert is_method(method) and is_block(use)
+    assert is_method(method)
+    assert is_block(use)
     assert is_array(MissingUse("a", "ARRAY [0..3] OF INT"))
 
 
