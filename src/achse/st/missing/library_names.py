@@ -15,6 +15,7 @@ import re
 from collections.abc import Callable, Container, Iterable, Sequence
 from difflib import get_close_matches
 
+from achse.st.declared.scopes import with_bases
 from achse.st.missing.built_in import is_built_in
 from achse.st.missing.kinds import is_list
 from achse.st.missing.meanings import Meanings
@@ -22,6 +23,7 @@ from achse.st.missing.uses import MissingUse
 
 _CLOSE = 0.9
 _MISSPELT = 0.95
+_CONSTANT = re.compile(r"[A-Z][A-Z0-9]*(?:_[A-Z0-9]+)+")
 _DIGITS = "0123456789"
 
 
@@ -64,8 +66,8 @@ def keep_names_of(
 
     def is_free(key: str, use: MissingUse) -> bool:
         if key in meanings.lists and not use.is_called:
-            return is_list(use)  # and no instance that is not declared
-        return use.is_called or use.is_bound
+            return is_list(use) or _is_shared(use)  # and no instance that is not declared
+        return use.is_called or use.is_bound or _is_constant_by_name(use) or _is_shared(use)
 
     _keep(
         meanings.types,
@@ -91,6 +93,23 @@ def _keep_functions(names: dict[str, MissingUse], space: str, here: Container[st
         )
         if not names[space].members:
             del names[space]
+
+
+def _is_constant_by_name(use: MissingUse) -> bool:
+    """Return True for `ERR_NO_TOOL`, which nothing writes: so constants are named."""
+    return _CONSTANT.fullmatch(use.name) is not None and not use.is_written and not use.members
+
+
+def _is_shared(use: MissingUse) -> bool:
+    """Return True if two units use a name that no variable of theirs resembles: a variable of a
+    list rather than one that somebody forgot to declare."""
+    return len(use.units) > 1 and not any(
+        get_close_matches(use.name.lower(), names, 1, _CLOSE)
+        for names in (
+            [name for inner in with_bases(scope) for name in inner.variables]
+            for scope in use.units.values()
+        )
+    )
 
 
 def _has_methods(use: MissingUse) -> bool:

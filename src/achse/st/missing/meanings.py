@@ -4,7 +4,7 @@ Source: IEC 61131-3 (2013) table 19 (calls), 11 (types): what uses say of a decl
 """
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import replace
 from typing import Any, TypeAlias
@@ -80,7 +80,7 @@ class Meanings:
 
     def __init__(self, names: Resolver) -> None:
         self._names = names
-        self._scopes = names.scopes
+        self.scopes = names.scopes
         self.types: dict[str, MissingUse] = {}
         self.names: dict[str, MissingUse] = {}
         self.lists: dict[str, MissingUse] = {}
@@ -100,7 +100,7 @@ class Meanings:
         key = (spec.name.lower(), scope.space)
         if key not in self._is_other_by_name:
             try:
-                self._is_other_by_name[key] = self._scopes.find(
+                self._is_other_by_name[key] = self.scopes.find(
                     spec.name, scope.space
                 ) is None and self._is_without_source(spec)
             except (Unexpected, Failed, IecError):
@@ -135,7 +135,7 @@ class Meanings:
             inner = inner.element if isinstance(inner, ArrayType) else inner.base
         if not isinstance(inner, StructType):
             return False
-        entry = self._scopes.find(inner.name, "")
+        entry = self.scopes.find(inner.name, "")
         if entry is not None:
             is_other = entry.is_built_in and self._names.entry_type(entry, 0).size != inner.size
         else:
@@ -144,6 +144,10 @@ class Meanings:
             )
         self._others[id(type)] = is_other
         return is_other
+
+    def is_of_symbol_file(self, name: str) -> bool:
+        """Return True if a symbol file has the variables or the size of a missing type."""
+        return name in self._blocks or name in self._opaque
 
     def use(self, spec: NamedType) -> MissingUse:
         space, _, name = spec.name.rpartition(".")
@@ -157,7 +161,7 @@ class Meanings:
             )
             block = self._blocks.get(key)
             self.types[key].is_required = block is not None and block.kind is RecordKind.STRUCT
-            if key in self._blocks or key in self._opaque:
+            if self.is_of_symbol_file(key):
                 self.types[key].signature = self._names.predefined.signature(spec.name)
         use = self.types[key]
         use.library = use.library or space
@@ -206,7 +210,7 @@ class Meanings:
 
     def _own(self) -> Sense:
         entry = self.this
-        return None if entry is None else (NamedType(entry.name), self._scopes.scope(entry))
+        return None if entry is None else (NamedType(entry.name), self.scopes.scope(entry))
 
     def _named(self, name: str, scope: Scope, *, is_space: bool = False) -> Sense:
         key = name.lower()
@@ -214,23 +218,28 @@ class Meanings:
             return None
         if key.startswith("__"):
             return None
-        own = self._scopes.own(key, scope)
+        own = self.scopes.own(key, scope)
         if own is not None:
             return own[1][1].type, own[0]
         is_inherited, inherited = self._inherited(name, scope, is_space)
         if is_inherited:
             return inherited
         is_known, sense = self._anywhere(name, scope)
-        return sense if is_known else self.names.setdefault(key, MissingUse(name))
+        if is_known:
+            return sense
+        use = self.names.setdefault(key, MissingUse(name))
+        if self.this is not None:
+            use.units[self.this.name] = scope
+        return use
 
     def _anywhere(self, name: str, scope: Scope) -> tuple[bool, Sense]:
         """Return True if a name alone is known; its meaning."""
         key = name.lower()
-        unit = self._scopes.find(name, scope.space)
+        unit = self.scopes.find(name, scope.space)
         if unit is not None:
             return True, unit
-        if declared := self._scopes.globals.get(key):
-            scope_of_list = self._scopes.scope(declared[0])
+        if declared := self.scopes.globals.get(key):
+            scope_of_list = self.scopes.scope(declared[0])
             return True, (scope_of_list.variables[key][1].type, scope_of_list)
         if key in self.types:
             return True, self.types[key]
@@ -238,7 +247,7 @@ class Meanings:
             if is_variable_list(self._names.predefined.find(name, 0)):
                 return False, None
             if (
-                key in self._scopes.loose_values
+                key in self.scopes.loose_values
                 or is_standard(name.upper())
                 or self._names.predefined.find(name, 0) is not None
                 or self._names.predefined.values(key)
@@ -255,17 +264,17 @@ class Meanings:
             seen.add(id(entry))
             for part in getattr(entry.tree, "parts", ()):
                 if part.name.lower() == name.lower():
-                    return True, self._part_type(part, self._scopes.scope(entry))
+                    return True, self._part_type(part, self.scopes.scope(entry))
             base = getattr(entry.tree, "extends", None)
             if not isinstance(base, NamedType):
                 break
             if self.is_missing(base, scope):
                 key = name.lower()
-                is_known = key in self._scopes.entries or key in self._scopes.globals
+                is_known = key in self.scopes.entries or key in self.scopes.globals
                 if is_known or is_space or key in ELEMENTARY:
                     return False, None
                 return True, self._missing_member(base, name)
-            entry = self._scopes.find(base.name, scope.space)
+            entry = self.scopes.find(base.name, scope.space)
             if entry is None:  # of a symbol file
                 return True, None
         return False, None
@@ -278,9 +287,9 @@ class Meanings:
             base = next(iter(bases_of(entry.tree)), None)
             if base is None:
                 return None
-            if self.is_missing(base, self._scopes.scope(entry)):
+            if self.is_missing(base, self.scopes.scope(entry)):
                 return self.use(base)
-            entry = self._scopes.find(base.name, entry.space)
+            entry = self.scopes.find(base.name, entry.space)
         return None
 
     def _member(self, of: Expression, name: str, scope: Scope, whole: Sense) -> Sense:
@@ -320,7 +329,7 @@ class Meanings:
             return whole.member(name)
         if isinstance(whole, DeclaredUnit):
             if isinstance(whole.tree, GlobalList | Program):
-                inside = self._scopes.scope(whole)
+                inside = self.scopes.scope(whole)
                 if declared := inside.variables.get(name.lower()):
                     return declared[1].type, inside
             return None
@@ -339,11 +348,11 @@ class Meanings:
             return None
         if self.is_missing(spec, scope):
             return self._missing_member(spec, name)
-        entry = self._scopes.find(spec.name, scope.space)
+        entry = self.scopes.find(spec.name, scope.space)
         seen: set[int] = set()
         while entry is not None and id(entry) not in seen:
             seen.add(id(entry))
-            inside = self._scopes.scope(entry)
+            inside = self.scopes.scope(entry)
             if declared := inside.variables.get(name.lower()):
                 return declared[1].type, inside
             for part in getattr(entry.tree, "parts", ()):
@@ -359,7 +368,7 @@ class Meanings:
                 return None
             if self.is_missing(base, inside):
                 return self._missing_member(base, name)
-            entry = self._scopes.find(base.name, inside.space)
+            entry = self.scopes.find(base.name, inside.space)
         return None
 
     def _missing_member(self, spec: NamedType, name: str) -> MissingUse:
@@ -403,47 +412,6 @@ class Meanings:
             is_interface=isinstance(inner, InterfaceType),
         )
 
-    def require_bases(self, scope: Scope) -> None:
-        """Require the bases and interfaces of all types that need a declaration, and the blocks
-        that implement such an interface."""
-        waiting = [use for use in self.types.values() if use.is_needed]
-        done: set[int] = set()
-        while waiting:
-            use = waiting.pop()
-            if id(use) in done:
-                continue
-            done.add(id(use))
-            if use.signature is None:
-                continue
-            bases = [use.signature.extends] if use.signature.extends else []
-            for names, wanted in ((use.extends, bases), (use.implements, use.signature.implements)):
-                for name in wanted:
-                    declared, base = self._base(name, scope)
-                    if declared:
-                        names.append(name)
-                    if base is not None:
-                        base.is_required = True
-                        waiting.append(base)
-            if use.is_interface:
-                waiting += self._require_blocks_of(use)
-
-    def _base(self, name: str, scope: Scope) -> tuple[bool, MissingUse | None]:
-        """Return True if a base can be declared, and its use if it needs a stub."""
-        spec = NamedType(name)
-        if not self.is_missing(spec, scope):
-            return self._scopes.find(name, scope.space) is not None, None
-        key = name.rpartition(".")[2].lower()
-        is_known = key in self._blocks or key in self._opaque
-        return is_known, self.use(spec) if is_known else None
-
-    def _require_blocks_of(self, interface: MissingUse) -> Iterator[MissingUse]:
-        key = interface.name.lower()
-        for use in self.types.values():
-            names = () if use.signature is None else use.signature.implements
-            if not use.is_required and any(one.lower().rpartition(".")[2] == key for one in names):
-                use.is_required = True
-                yield use
-
     def _index(self, whole: Sense, indices: Sequence[Expression]) -> Sense:
         if isinstance(whole, tuple):
             type = self.type_use(whole)
@@ -472,11 +440,11 @@ class Meanings:
         if isinstance(spec, ReferenceTo):
             return self.element((spec.target, scope))
         if isinstance(spec, NamedType):
-            entry = self._scopes.find(spec.name, scope.space)
+            entry = self.scopes.find(spec.name, scope.space)
             if entry is not None and isinstance(entry.tree, TypeDeclaration):
                 inner = entry.tree.type
                 if isinstance(inner, ArrayOf | PointerTo):
-                    return self.element((inner, self._scopes.scope(entry)))
+                    return self.element((inner, self.scopes.scope(entry)))
             return None
         if isinstance(spec, ArrayOf):
             return spec.element, scope
@@ -486,7 +454,7 @@ class Meanings:
         if isinstance(callee, DeclaredUnit):
             tree = callee.tree
             if isinstance(tree, Function) and tree.returns is not None:
-                return tree.returns, self._scopes.scope(callee)
+                return tree.returns, self.scopes.scope(callee)
             return None
         if isinstance(callee, MissingUse):
             callee.is_called = True
@@ -531,7 +499,7 @@ class Meanings:
         if isinstance(spec, ArrayOf) and (inner := self.spec_text((spec.element, scope))):
             if inner.startswith("ARRAY [*"):
                 return ""
-            is_known = all(is_plain(one, self._scopes) for one in spec.dimensions)
+            is_known = all(is_plain(one, self.scopes) for one in spec.dimensions)
             bounds = spec.dimensions if is_known else (None,) * len(spec.dimensions)
             return print_type(replace(spec, dimensions=bounds, element=NamedType(inner)))
         return ""

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from achse.iec.structs import StructType
+from achse.st.declared.scopes import Scope
 from achse.st.declared.signatures import BlockSignature, MethodSignature
 from achse.st.syntax.units import Method
 
@@ -39,6 +40,8 @@ class MissingUse:
     """Arguments of a declaration, which FB_init takes."""
     arguments: list["MissingUse"] = field(default_factory=list)
     """Arguments that a call passes by position."""
+    units: dict[str, Scope] = field(default_factory=dict)
+    """Units that use the name alone, each with a scope of a use."""
     is_called: bool = False
     is_method: bool = False
     """True if a use reads a part of what a call of it gives."""

@@ -10,6 +10,7 @@ from achse.st.declared.resolve import Resolver
 from achse.st.declared.scopes import DeclaredUnit, Scope
 from achse.st.graphical.body import GraphicalBody
 from achse.st.missing.meanings import TRUTHS, Meanings, Sense
+from achse.st.missing.required import require_bases
 from achse.st.missing.trees import (
     bases_of,
     blocks_and_results,
@@ -99,7 +100,7 @@ class MissingNames:
         for key in [key for key, use in uses.items() if use.is_space and not use.members]:
             del uses[key]
         if own:
-            self.meanings.require_bases(self._scopes.scope(own[0]))
+            require_bases(self.meanings, self._scopes.scope(own[0]))
         types = self.meanings.types
         for key in [key for key, use in types.items() if not use.is_needed]:
             del types[key]
