@@ -33,6 +33,7 @@ from achse.st.lexis.literals import literal_value, malformed, whole_number
         ("TIME#1d", "TIME", 86_400_000),
         ("T#1.5s", "TIME", 1500),
         ("TIME#0.2ms", "TIME", 0),
+        ("TIME#334.9185S", "TIME", 334918),
         ("T#1s2.9MS", "TIME", 1002),
         ("LT#1us", "LTIME", 1000),
         ("LTIME#1h2ns", "LTIME", 3_600_000_000_002),

@@ -27,8 +27,8 @@ _TYPES: dict[str, IecType[Any]] = {
 }
 _OF_WHOLE_SECONDS = (DT, DATE_AND_TIME)
 """Their literals may have a fraction of a second, which is dropped."""
-_FRACTION = re.compile(r"\.[0-9_]+ms$", re.IGNORECASE)
-"""End of a literal of TIME whose fraction of a millisecond is dropped: `T#0.2ms`."""
+_FRACTION = re.compile(r"\.[0-9_]+m?s$", re.IGNORECASE)
+"""End of a literal of TIME whose fraction of a millisecond is dropped: `T#0.2ms`, `T#0.0002s`."""
 _DIGITS = {
     2: re.compile(r"[01]+(?:_+[01]+)*"),
     8: re.compile(r"[0-7]+(?:_+[0-7]+)*"),

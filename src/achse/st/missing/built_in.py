@@ -57,3 +57,22 @@ def result_text(name: str) -> str:
     if key in _TEXTS:
         return LONG_TEXT
     return key.rpartition("TO_")[2] if "TO_" in key and is_standard(key) else ""
+
+
+_TEXTS_TAKEN = {
+    **dict.fromkeys(("CONCAT", "FIND"), 2),
+    **dict.fromkeys(("DELETE", "LEFT", "MID", "RIGHT", "LEN"), 1),
+    **dict.fromkeys(("INSERT", "REPLACE"), 2),
+}
+"""Number of strings that a function takes first."""
+
+
+def argument_text(name: str, place: int) -> str:
+    """Return the type that a standard function takes at a place, as text; empty if its name does
+    not show it."""
+    key = name.upper()
+    if place < _TEXTS_TAKEN.get(key, 0):
+        return LONG_TEXT
+    source = key.partition("_TO_")[0]
+    is_conversion = "_TO_" in key and place == 0 and is_standard(key)
+    return source if is_conversion and source != "ANY" else ""

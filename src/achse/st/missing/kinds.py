@@ -38,6 +38,10 @@ _WORDS = {
     **dict.fromkeys(("acceleration", "deceleration"), "LREAL"),
     **dict.fromkeys(("errorid", "errid", "axisid"), "UDINT"),
 }
+_NO_NUMBER = re.compile(
+    r"W?STRING|L?REAL$|BOOL$|L?TIME$|L?DT$|L?DATE$|L?TOD$|ARRAY|POINTER", re.IGNORECASE
+)
+"""Types of constants that no enumeration has."""
 _PREFIX = re.compile(r"([a-z]{1,3})[A-Z0-9_]")
 _LIST = re.compile(r"GVL|Global|Const|Param|Lib|^Tc\d|^G_", re.IGNORECASE)
 """Names that are those of lists and libraries, and not of enumerations."""
@@ -90,7 +94,12 @@ def is_method(use: MissingUse) -> bool:
 def is_enumeration(use: MissingUse) -> bool:
     """Return True if a name with a read-only part behind it is a type with its values."""
     return not (use.is_space or _LIST.search(use.name)) and not any(
-        one.members or one.is_called or one.is_written or one.is_bound or one.element
+        one.members
+        or one.is_called
+        or one.is_written
+        or one.is_bound
+        or one.element
+        or _NO_NUMBER.match(one.type)
         for one in use.members.values()
     )
 

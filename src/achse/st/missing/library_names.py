@@ -12,10 +12,11 @@ Source: names as public projects use them of the libraries that their `.plcproj`
 """
 
 import re
-from collections.abc import Callable, Container, Iterable, Sequence
+from collections.abc import Callable, Container, Iterable, Iterator, Sequence
 from difflib import get_close_matches
+from itertools import islice
 
-from achse.st.declared.scopes import with_bases
+from achse.st.declared.scopes import Scope, with_bases
 from achse.st.missing.built_in import is_built_in
 from achse.st.missing.kinds import is_list
 from achse.st.missing.meanings import Meanings
@@ -24,6 +25,7 @@ from achse.st.missing.uses import MissingUse
 _CLOSE = 0.9
 _MISSPELT = 0.95
 _CONSTANT = re.compile(r"[A-Z][A-Z0-9]*(?:_[A-Z0-9]+)+")
+_GLOBAL = re.compile(r"[gG]_?[A-Z][a-z]|G_|g_")
 _DIGITS = "0123456789"
 
 
@@ -61,13 +63,15 @@ def keep_names_of(
             return True
         if (is_free or use.name.isupper()) and is_lacking(use.name):
             return True
+        if not (is_any and is_free):
+            return False
         alike = (name for name in own if name[:1] == key[:1])
-        return is_any and is_free and not get_close_matches(key, alike, 1, _CLOSE)
+        return _is_shared(use) or not get_close_matches(key, alike, 1, _CLOSE)
 
     def is_free(key: str, use: MissingUse) -> bool:
         if key in meanings.lists and not use.is_called:
             return is_list(use) or _is_shared(use)  # and no instance that is not declared
-        return use.is_called or use.is_bound or _is_constant_by_name(use) or _is_shared(use)
+        return use.is_called or use.is_bound or _is_global_by_name(use) or _is_shared(use)
 
     _keep(
         meanings.types,
@@ -95,21 +99,26 @@ def _keep_functions(names: dict[str, MissingUse], space: str, here: Container[st
             del names[space]
 
 
-def _is_constant_by_name(use: MissingUse) -> bool:
-    """Return True for `ERR_NO_TOOL`, which nothing writes: so constants are named."""
-    return _CONSTANT.fullmatch(use.name) is not None and not use.is_written and not use.members
+def _is_global_by_name(use: MissingUse) -> bool:
+    """Return True for `ERR_NO_TOOL`, which nothing writes, and `gTime`: so constants and variables
+    of lists are named."""
+    is_constant = _CONSTANT.fullmatch(use.name) and not use.is_written and not use.members
+    return bool(is_constant or _GLOBAL.match(use.name))
 
 
 def _is_shared(use: MissingUse) -> bool:
     """Return True if two units use a name that no variable of theirs resembles: a variable of a
     list rather than one that somebody forgot to declare."""
-    return len(use.units) > 1 and not any(
-        get_close_matches(use.name.lower(), names, 1, _CLOSE)
-        for names in (
-            [name for inner in with_bases(scope) for name in inner.variables]
-            for scope in use.units.values()
-        )
+    key = use.name.lower()
+
+    def alike(scope: Scope) -> Iterator[str]:
+        names = (name for inner in with_bases(scope) for name in inner.variables)
+        return (name for name in names if name[:1] == key[:1])
+
+    strange = (
+        scope for scope in use.units.values() if not get_close_matches(key, alike(scope), 1, _CLOSE)
     )
+    return sum(1 for _ in islice(strange, 2)) > 1
 
 
 def _has_methods(use: MissingUse) -> bool:

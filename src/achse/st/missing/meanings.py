@@ -86,8 +86,6 @@ class Meanings:
         self.lists: dict[str, MissingUse] = {}
         self.this: DeclaredUnit | None = None
         """The unit whose body is looked at."""
-        self._results: set[int] = set()
-        """Trees of the types that methods return, by identity."""
         self._others: dict[int, bool] = {}
         self._is_other_by_name: dict[tuple[str, str], bool] = {}
         self._blocks: dict[str, StructType[Any]] = {}
@@ -312,6 +310,11 @@ class Meanings:
             if self.types.get(whole.name.lower()) is whole:
                 whole.values.setdefault(name.lower(), name)
                 return None
+            if whole.type and not whole.is_part and not whole.members and whole.is_sure:
+                spec = NamedType(whole.type)
+                key = whole.type.lower()
+                if key in self.types or self.scopes.find(whole.type, "") is not None:
+                    return self.member_of((spec, scope), name)
             if isinstance(of, Name) and self.names.get(of.name.lower()) is whole:
                 is_known, sense = self._anywhere(name, scope)
                 if is_known:
@@ -421,6 +424,7 @@ class Meanings:
         if not isinstance(whole, MissingUse):
             return None
         whole.element = whole.element or MissingUse(whole.name)
+        whole.dimensions = max(whole.dimensions, len(indices))
         for index in indices:
             if isinstance(index, Literal) and index.text.isdecimal() and len(index.text) < 5:
                 whole.highest = max(whole.highest, int(index.text))
@@ -475,13 +479,35 @@ class Meanings:
         if isinstance(part, Property):
             return part.type, scope
         if isinstance(part, Method) and part.returns is not None:
-            self._results.add(id(part.returns))
             return part.returns, scope
         return None
 
-    def is_result(self, sense: Sense) -> bool:
-        """Return True if a meaning is the type that a declared method returns."""
-        return isinstance(sense, tuple) and id(sense[0]) in self._results
+    def method_of(self, callee: Expression, scope: Scope) -> tuple[Method, Scope] | None:
+        """Return the declared method that a call calls, with the scope of its unit."""
+        if isinstance(callee, Member):
+            whole = self.of(callee.of, scope)
+        else:
+            whole = self._own() if isinstance(callee, Name) else None
+        if isinstance(whole, tuple) and isinstance(whole[0], ReferenceTo):
+            whole = whole[0].target, whole[1]
+        if not isinstance(whole, tuple) or not isinstance(whole[0], NamedType):
+            return None
+        key = callee.name.lower() if isinstance(callee, Member | Name) else ""
+        entry = self.scopes.find(whole[0].name, whole[1].space)
+        waiting = [entry] if entry is not None else []
+        seen: set[int] = set()
+        while waiting:
+            entry = waiting.pop()
+            if id(entry) in seen:
+                continue
+            seen.add(id(entry))
+            inside = self.scopes.scope(entry)
+            for part in getattr(entry.tree, "parts", ()):
+                if isinstance(part, Method) and part.name.lower() == key:
+                    return part, inside
+            bases = (self.scopes.find(base.name, inside.space) for base in bases_of(entry.tree))
+            waiting += [base for base in bases if base is not None]
+        return None
 
     # texts of types ----------------------------------------------------------------------------
 

@@ -38,6 +38,8 @@ LISTS_FILE = "constants.st"
 
 _HIGHEST = 255
 """The last index of an array that is indexed by variables only."""
+_HIGHEST_OF_MANY = 31
+"""The same of an array with several dimensions."""
 _VALUE = 16
 """Value of constants; a project has arrays of that many elements."""
 _STEP = "    "
@@ -178,12 +180,14 @@ class _Writer:
             return name, True
         if use.element is not None:
             inner, is_sure = self._type_of(use.element, owner)
-            return f"ARRAY [0..{use.highest or _HIGHEST}] OF {inner}", is_sure and use.highest > 0
+            highest = use.highest or (_HIGHEST if use.dimensions == 1 else _HIGHEST_OF_MANY)
+            bounds = ", ".join([f"0..{highest}"] * use.dimensions)
+            return f"ARRAY [{bounds}] OF {inner}", is_sure and use.highest > 0
         if use.target is not None:
             inner, is_sure = self._type_of(use.target, owner)
             return f"POINTER TO {inner}", is_sure
         if use.members or use.is_called:
-            name = f"{owner}_{use.name}"
+            name = use.kind or f"{owner}_{use.name}"
             self._type(name, use)
             return name, True
         if use.type and use.type.lower() != owner.lower() and not use.type.startswith("ARRAY [*"):

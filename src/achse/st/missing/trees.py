@@ -61,9 +61,10 @@ def bases_of(unit: Unit) -> tuple[NamedType, ...]:
     return (base,) if isinstance(base, NamedType) else ()
 
 
-def parameters_of(unit: Unit) -> list[TypeSpec]:
-    """Return the types of the parameters of a function, in the order of a call by position."""
-    if not isinstance(unit, Function):
+def parameters_of(unit: Unit | Method) -> list[TypeSpec]:
+    """Return the types of the parameters of a function or method, in the order of a call by
+    position."""
+    if not isinstance(unit, Function | Method):
         return []
     return [
         one.type

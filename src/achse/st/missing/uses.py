@@ -28,6 +28,10 @@ class MissingUse:
     """Its type as text, if a use shows it."""
     like: "MissingUse | None" = None
     """Another name that has the same type."""
+    peers: list["MissingUse"] = field(default_factory=list)
+    """Other names that are assigned to it or compared with it, or it with them."""
+    kind: str = ""
+    """Name of the type that it shares with its peers, if its parts alone show the type."""
     space: "MissingUse | None" = None
     """The name in front, of a list or an enumeration."""
     members: dict[str, "MissingUse"] = field(default_factory=dict)
@@ -64,6 +68,7 @@ class MissingUse:
     element: "MissingUse | None" = None
     """Element of the array, if it is one."""
     highest: int = 0
+    dimensions: int = 1
     target: "MissingUse | None" = None
     """Target of the pointer, if it is one."""
     library: str = ""
@@ -98,6 +103,11 @@ class MissingUse:
         is_known = self.block is not None or self.is_opaque
         uses = called or self.members or self.initials
         return not is_known or self.is_required or bool(uses)
+
+    @property
+    def is_sure(self) -> bool:
+        """Return True if more than a literal shows its type."""
+        return _sureness(self.type) == _SURE
 
     def note_type(self, type: str) -> None:
         """Note the type that a use shows. Literals are weak evidence: 1 may be a REAL, too."""

@@ -1,0 +1,149 @@
+"""Missing names that have one type: what the uses of one show is true of all.
+
+`a := b` and `a = b` say that both sides have one type, wherever their own parts are used.
+
+Source: IEC 61131-3 (2013) tables 11 and 72: assignment and comparison of derived types.
+"""
+
+from collections.abc import Callable, Iterator, Mapping
+
+from achse.st.missing.uses import MissingUse
+
+
+def join_uses(
+    types: Mapping[str, MissingUse],
+    names: Mapping[str, MissingUse],
+    is_declared: Callable[[str], bool],
+) -> bool:
+    """Give all uses that have one type what is known of each; return True if that is new.
+
+    `types` are the missing types, `names` the missing variables, by name in lower case;
+    `is_declared` says which types are declared.
+    """
+    owners = dict(_owned(types, names))
+    is_new = False
+    done: set[int] = set()
+    for use, _ in list(owners.values()):
+        if id(use) in done:
+            continue
+        group = list(_group(use))
+        done.update(map(id, group))
+        is_new |= _settle(group, types, owners, is_declared)
+    return is_new
+
+
+def _owned(
+    types: Mapping[str, MissingUse], names: Mapping[str, MissingUse]
+) -> Iterator[tuple[int, tuple[MissingUse, str]]]:
+    """Yield every part of a missing type or list, with the name that its type would get."""
+    waiting = [(use, use.name) for use in types.values()]
+    waiting += [(use, use.name if use.members else "Global") for use in names.values()]
+    for use in names.values():
+        yield id(use), (use, f"Global_{use.name}")
+    seen: set[int] = set()
+    while waiting:
+        use, owner = waiting.pop()
+        if id(use) in seen:
+            continue
+        seen.add(id(use))
+        parts = [*use.members.values(), *use.inputs.values(), *use.outputs.values()]
+        parts += [*use.arguments, *(one for one in (use.element, use.target) if one is not None)]
+        for part in parts:
+            name = owner if part is use.element or part is use.target else f"{owner}_{part.name}"
+            yield id(part), (part, name)
+            waiting.append((part, name))
+
+
+def _group(use: MissingUse) -> Iterator[MissingUse]:
+    """Yield all uses that have the type of one."""
+    waiting, seen = [use], {id(use)}
+    while waiting:
+        one = waiting.pop()
+        yield one
+        new = [peer for peer in one.peers if id(peer) not in seen]
+        seen.update(map(id, new))
+        waiting += new
+
+
+def _settle(
+    group: list[MissingUse],
+    types: Mapping[str, MissingUse],
+    owners: Mapping[int, tuple[MissingUse, str]],
+    is_declared: Callable[[str], bool],
+) -> bool:
+    parted = [one for one in group if one.members and not _is_callable(one)]
+    named = next((one.type for one in group if one.type.lower() in types), "")
+    if parted and named:
+        target = types[named.lower()]
+        for one in parted:
+            if one is not target:
+                _take(target, one)
+                one.members = {}
+                one.note_type(named)
+        return True
+    declared = next((one.type for one in group if one.type and is_declared(one.type)), "")
+    if parted and declared:
+        for one in parted:
+            one.members = {}
+            one.note_type(declared)
+        return True
+    is_new = False
+    if len(parted) > 1:
+        first = parted[0]
+        is_new = any(one.members is not first.members for one in parted)
+        for one in parted[1:]:
+            if one.members is not first.members:
+                _take(first, one)
+                one.members = first.members
+    if parted and len(group) > 1:
+        owner = parted[0].kind or owners.get(id(parted[0]), (None, ""))[1]
+        for one in group:
+            if not _is_callable(one) and not one.type and owner and one.kind != owner:
+                one.kind, one.members = owner, parted[0].members
+                is_new = True
+    arrays = [one for one in group if one.element is not None]
+    if len(arrays) > 1:
+        highest = max(one.highest for one in arrays)
+        for one in arrays:
+            one.highest = highest
+            if one.element is not None and arrays[0].element is not one.element:
+                arrays[0].element.peers.append(one.element)  # type: ignore[union-attr]
+    return _spread(group) or is_new
+
+
+def _spread(group: list[MissingUse]) -> bool:
+    """Give a type that a use shows to those of a group without one."""
+    sure = next((one.type for one in group if one.is_sure and not one.type.startswith("ARRAY")), "")
+    is_new = False
+    for one in group if sure else ():
+        if not one.is_sure and not one.members and one.element is None and not one.is_mixed:
+            one.type, is_new = sure, True
+    return is_new
+
+
+def _is_callable(use: MissingUse) -> bool:
+    """Return True for an instance, whose calls show its parameters."""
+    return bool(use.inputs or use.outputs or use.arguments) and not use.is_method
+
+
+def _take(target: MissingUse, other: MissingUse) -> None:
+    """Add what is known of one use to another: the same type."""
+    for key, part in list(other.members.items()):
+        mine = target.members.setdefault(key, part)
+        if mine is part:
+            continue
+        mine.note_type(part.type)
+        mine.is_written |= part.is_written
+        mine.is_called |= part.is_called
+        mine.is_method |= part.is_method
+        mine.highest = max(mine.highest, part.highest)
+        mine.element = mine.element or part.element
+        mine.target = mine.target or part.target
+        for known, new in ((mine.inputs, part.inputs), (mine.outputs, part.outputs)):
+            for name, one in new.items():
+                known.setdefault(name, one)
+        if len(part.arguments) > len(mine.arguments):
+            mine.arguments = part.arguments
+        mine.peers.append(part)
+        if part.members:
+            _take(mine, part)
