@@ -101,14 +101,22 @@ def _settle(
             if not _is_callable(one) and not one.type and owner and one.kind != owner:
                 one.kind, one.members = owner, parted[0].members
                 is_new = True
-    arrays = [one for one in group if one.element is not None]
-    if len(arrays) > 1:
-        highest = max(one.highest for one in arrays)
-        for one in arrays:
-            one.highest = highest
-            if one.element is not None and arrays[0].element is not one.element:
-                arrays[0].element.peers.append(one.element)  # type: ignore[union-attr]
+    _settle_arrays(group)
     return _spread(group) or is_new
+
+
+def _settle_arrays(group: list[MissingUse]) -> None:
+    """Give arrays of one type the same bounds, and their elements one type."""
+    arrays = [one for one in group if one.element is not None]
+    elements = [one.element for one in group if one.element is not None]
+    highest = max((one.highest for one in arrays), default=0)
+    is_open = any(one.is_indexed_by_variable for one in arrays)
+    for one in arrays:
+        one.highest, one.is_indexed_by_variable = highest, is_open
+    for element in elements[1:]:
+        if element is not elements[0] and not any(one is element for one in elements[0].peers):
+            elements[0].peers.append(element)
+            element.peers.append(elements[0])
 
 
 def _spread(group: list[MissingUse]) -> bool:
@@ -137,6 +145,8 @@ def _take(target: MissingUse, other: MissingUse) -> None:
         mine.is_called |= part.is_called
         mine.is_method |= part.is_method
         mine.highest = max(mine.highest, part.highest)
+        mine.dimensions = max(mine.dimensions, part.dimensions)
+        mine.is_indexed_by_variable |= part.is_indexed_by_variable
         mine.element = mine.element or part.element
         mine.target = mine.target or part.target
         for known, new in ((mine.inputs, part.inputs), (mine.outputs, part.outputs)):

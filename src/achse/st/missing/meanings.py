@@ -428,6 +428,8 @@ class Meanings:
         for index in indices:
             if isinstance(index, Literal) and index.text.isdecimal() and len(index.text) < 5:
                 whole.highest = max(whole.highest, int(index.text))
+            else:
+                whole.is_indexed_by_variable = True
         return whole.element
 
     def enumeration_of(self, tree: Expression, scope: Scope) -> MissingUse | None:

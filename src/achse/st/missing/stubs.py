@@ -180,9 +180,11 @@ class _Writer:
             return name, True
         if use.element is not None:
             inner, is_sure = self._type_of(use.element, owner)
-            highest = use.highest or (_HIGHEST if use.dimensions == 1 else _HIGHEST_OF_MANY)
+            highest, is_known = use.highest, use.highest > 0 and not use.is_indexed_by_variable
+            if not is_known:
+                highest = max(highest, _HIGHEST if use.dimensions == 1 else _HIGHEST_OF_MANY)
             bounds = ", ".join([f"0..{highest}"] * use.dimensions)
-            return f"ARRAY [{bounds}] OF {inner}", is_sure and use.highest > 0
+            return f"ARRAY [{bounds}] OF {inner}", is_sure and is_known
         if use.target is not None:
             inner, is_sure = self._type_of(use.target, owner)
             return f"POINTER TO {inner}", is_sure

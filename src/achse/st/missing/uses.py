@@ -69,6 +69,7 @@ class MissingUse:
     """Element of the array, if it is one."""
     highest: int = 0
     dimensions: int = 1
+    is_indexed_by_variable: bool = False
     target: "MissingUse | None" = None
     """Target of the pointer, if it is one."""
     library: str = ""

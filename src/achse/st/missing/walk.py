@@ -6,11 +6,10 @@ Source: IEC 61131-3 (2013) table 19 (calls), 11 (types): what uses say of a decl
 from collections.abc import Iterable, Iterator
 from typing import Any
 
-from achse.iec.names import ELEMENTARY
 from achse.st.declared.resolve import Resolver
 from achse.st.declared.scopes import DeclaredUnit, Scope
 from achse.st.graphical.body import GraphicalBody
-from achse.st.missing.built_in import argument_text
+from achse.st.missing.calls import note_method_call, note_standard_call, note_value
 from achse.st.missing.joined import join_uses
 from achse.st.missing.meanings import TRUTHS, Meanings, Sense
 from achse.st.missing.required import require_bases
@@ -461,7 +460,7 @@ class MissingNames:
         for one, other in ((left, right), (right, left)):
             sense = self.meanings.of(one, scope)
             if isinstance(sense, tuple):
-                self._note_value(sense, other, scope)
+                note_value(self.meanings, sense, other, scope)
             if not isinstance(sense, MissingUse):
                 continue
             sense.note_type(self.meanings.text(other, scope))
@@ -470,26 +469,17 @@ class MissingNames:
             if isinstance(seen, tuple) and (use := self.meanings.type_use(seen)) is not None:
                 self._value_of(one, use, scope)
 
-    def _note_value(self, at: tuple[TypeSpec, Scope], value: Expression, scope: Scope) -> None:
-        """`sName : STRING256` and `sName := 'x'`: a missing type that is an elementary one."""
-        use = self.meanings.type_use(at)
-        if use is None or (isinstance(value, Literal) and value.text == "0"):
-            return  # 0 is an interface, too
-        text = self.meanings.text(value, scope)
-        if text.partition("(")[0].lower() in ELEMENTARY:
-            use.note_type(text)
-
     def _call(self, tree: Call, scope: Scope) -> None:
         if isinstance(tree.of, Name) and tree.of.name.upper() in _QUERIES and tree.arguments:
             operand = tree.arguments[0].value
             if operand is not None:
                 self._note_use(self.meanings.of(operand, scope), "IQueryInterface")
         if isinstance(tree.of, Name):
-            self._standard_call(tree.of.name, tree, scope)
+            note_standard_call(self.meanings, tree.of.name, tree, scope)
         sense = self.meanings.of(tree.of, scope)
         method = self.meanings.method_of(tree.of, scope)
         if method is not None:
-            self._method_call(*method, tree, scope)
+            note_method_call(self.meanings, *method, tree, scope)
             return
         use = self.meanings.type_use(sense) if isinstance(sense, tuple) else sense
         if isinstance(use, MissingUse):
@@ -524,29 +514,6 @@ class MissingNames:
             elif (base := self.meanings.missing_base(callee)) is not None:
                 base.is_block = True
                 self._argument(base, 0, argument, scope)
-
-    def _standard_call(self, name: str, tree: Call, scope: Scope) -> None:
-        """Note what a standard function takes."""
-        for place, argument in enumerate(tree.arguments):
-            text = argument_text(name, place)
-            if text and argument.value is not None and not argument.name:
-                self._note_use(self.meanings.of(argument.value, scope), text)
-
-    def _method_call(self, method: Method, inside: Scope, tree: Call, scope: Scope) -> None:
-        """Note what a declared method takes."""
-        inputs = parameters_of(method)
-        named = {
-            name.name.lower(): declaration.type
-            for block in method.blocks
-            for declaration in block.variables
-            for name in declaration.names
-        }
-        for place, argument in enumerate(tree.arguments):
-            positional = inputs[place] if place < len(inputs) else None
-            spec = named.get(argument.name.lower()) if argument.name else positional
-            if spec is not None and argument.value is not None:
-                text = self.meanings.spec_text((spec, inside))
-                self._note_use(self.meanings.of(argument.value, scope), text)
 
     def _argument(self, use: MissingUse, place: int, argument: Argument, scope: Scope) -> None:
         text = "" if argument.value is None else self.meanings.text(argument.value, scope)
