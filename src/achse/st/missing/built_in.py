@@ -54,7 +54,7 @@ def result_text(name: str) -> str:
     key = name.upper()
     if key == "ADR":
         return "PVOID"
-    if key in _TEXTS:
+    if key in _TEXTS or key in ("__POUNAME", "__POSITION"):
         return LONG_TEXT
     return key.rpartition("TO_")[2] if "TO_" in key and is_standard(key) else ""
 

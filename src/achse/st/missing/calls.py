@@ -16,6 +16,10 @@ from achse.st.syntax.units import Method
 def note_standard_call(meanings: Meanings, name: str, tree: Call, scope: Scope) -> None:
     """Note what a standard function takes."""
     for place, argument in enumerate(tree.arguments):
+        if name.upper() == "__ISVALIDREF" and argument.value is not None:
+            sense = meanings.of(argument.value, scope)
+            if isinstance(sense, MissingUse):
+                sense.is_reference = True
         text = argument_text(name, place)
         if text and argument.value is not None and not argument.name:
             _note(meanings, argument.value, text, scope)

@@ -57,6 +57,8 @@ _COUNTS = (
     "dword",
 )
 _ANY = {"pvalue", "disize"}
+_BY_PLACE = re.compile(r"p\d+")
+"""Names of parameters that calls pass by their place alone."""
 _MARK = "{attribute 'stub'}"
 """Mark of blocks whose interfaces are not known: each fits any."""
 _INTERFACE = re.compile(r"I_?[A-Z][a-z]|ITc[A-Z]|I_")
@@ -162,7 +164,7 @@ class _Writer:
         self, use: MissingUse, owner: str, value: str = "", *, is_input: bool = False
     ) -> str:
         type, is_sure = self._type_of(use, owner)
-        if use.is_mixed and is_input:
+        if is_input and (use.is_mixed or (not is_sure and _BY_PLACE.fullmatch(use.name))):
             type = "ANY"
         note = " // value?" if value else "" if is_sure else " // type?"
         return f"{use.name} : {type}{value};{note}"
@@ -175,6 +177,9 @@ class _Writer:
             return self._own_names(use.type), True
         if use.is_bound:
             return "INT", True
+        if use.is_reference:
+            target, is_sure = self._type_of(replace(use, is_reference=False), owner)
+            return f"REFERENCE TO {target}", is_sure
         if use.is_called and not (use.inputs or use.outputs):
             self._type(name := f"{owner}_{use.name}", replace(use, is_interface=True))
             return name, True

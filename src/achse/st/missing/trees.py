@@ -46,10 +46,11 @@ def is_plain(dimension: Range | None, scopes: Scopes) -> bool:
 
 
 def _is_global(tree: Expression, scopes: Scopes) -> bool:
-    """Return True for a variable of a list, which all files know by that name."""
+    """Return True for a variable of a list, which all files know by that name, or of a missing
+    one."""
     if isinstance(tree, Member) and isinstance(tree.of, Name):
         entry = scopes.find(tree.of.name, "")
-        return entry is not None and isinstance(entry.tree, GlobalList)
+        return entry is None or isinstance(entry.tree, GlobalList)
     return isinstance(tree, Name) and tree.name.lower() in scopes.globals
 
 

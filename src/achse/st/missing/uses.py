@@ -68,6 +68,8 @@ class MissingUse:
     element: "MissingUse | None" = None
     """Element of the array, if it is one."""
     highest: int = 0
+    is_reference: bool = False
+    """True if a use asks whether it refers to something."""
     dimensions: int = 1
     is_indexed_by_variable: bool = False
     target: "MissingUse | None" = None
