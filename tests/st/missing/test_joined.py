@@ -76,13 +76,14 @@ def test_a_declared_type_stands_for_the_parts() -> None:
         ("VAR o : FB_Own; END_VAR o.Take(cNames.First);", "First : STRING(30)"),
         ("VAR o : FB_Own; END_VAR o.Take(sText := cNames.First);", "First : STRING(30)"),
         ("VAR b : BOOL; END_VAR b := gFirstScan;", "gFirstScan : BOOL"),
+        ("VAR s : ST_Own; END_VAR s := gThing; gThing.x := 1;", "gThing : ST_Own"),
         ("VAR n : INT; END_VAR n := MODE_HAND_RUN;", "MODE_HAND_RUN : INT"),
         ("VAR n : INT; END_VAR n := Shared; END_PROGRAM PROGRAM Q Shared := 2;", "Shared : INT"),
         ("VAR r : LREAL; END_VAR gAxes[1].Data.Speed := r;", "Speed : LREAL"),
     ],
 )
 def test_uses_show_types_and_lists(tmp_path: Path, uses: str, stub: str) -> None:
-    own = "FUNCTION_BLOCK FB_Own METHOD Take VAR_INPUT sText : STRING(30); END_VAR END_METHOD"
+    own = "TYPE ST_Own : STRUCT x : INT; END_STRUCT END_TYPE FUNCTION_BLOCK FB_Own METHOD Take VAR_INPUT sText : STRING(30); END_VAR END_METHOD"
     assert stub in _stubs(tmp_path, f"PROGRAM P {uses} END_PROGRAM {own} END_FUNCTION_BLOCK")
 
 

@@ -100,7 +100,7 @@ class _Writer:
                 continue
             if key in values and not use.is_called and not use.members:
                 continue  # a value of an enumeration, named without it
-            if key in self._lists and not use.is_called:
+            if key in self._lists and use.members and not use.is_called:
                 if is_enumeration(use):
                     names = [one.name for one in use.members.values()]
                     self._enumeration(use.name, names, use.first)
