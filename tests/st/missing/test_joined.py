@@ -83,7 +83,8 @@ def test_a_declared_type_stands_for_the_parts() -> None:
     ],
 )
 def test_uses_show_types_and_lists(tmp_path: Path, uses: str, stub: str) -> None:
-    own = "TYPE ST_Own : STRUCT x : INT; END_STRUCT END_TYPE FUNCTION_BLOCK FB_Own METHOD Take VAR_INPUT sText : STRING(30); END_VAR END_METHOD"
+    own = "TYPE ST_Own : STRUCT x : INT; END_STRUCT END_TYPE "
+    own += "FUNCTION_BLOCK FB_Own METHOD Take VAR_INPUT sText : STRING(30); END_VAR END_METHOD"
     assert stub in _stubs(tmp_path, f"PROGRAM P {uses} END_PROGRAM {own} END_FUNCTION_BLOCK")
 
 

@@ -78,13 +78,13 @@ def _settle(
         for one in parted:
             if one is not target:
                 _take(target, one)
-                one.members = {}
+                one.members, one.is_written = {}, True
                 one.note_type(named)
         return True
     declared = next((one.type for one in group if one.type and is_declared(one.type)), "")
     if parted and declared:
         for one in parted:
-            one.members = {}
+            one.members, one.is_written = {}, True
             one.note_type(declared)
         return True
     is_new = False
