@@ -108,7 +108,7 @@ def _is_global_by_name(use: MissingUse) -> bool:
 
 def _is_shared(use: MissingUse) -> bool:
     """Return True if two units use a name that no variable of theirs resembles: a variable of a
-    list rather than one that somebody forgot to declare."""
+    list rather than one whose declaration is forgotten."""
     key = use.name.lower()
 
     def alike(scope: Scope) -> Iterator[str]:
