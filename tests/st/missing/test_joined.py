@@ -88,6 +88,12 @@ def test_uses_show_types_and_lists(tmp_path: Path, uses: str, stub: str) -> None
     assert stub in _stubs(tmp_path, f"PROGRAM P {uses} END_PROGRAM {own} END_FUNCTION_BLOCK")
 
 
+def test_library_in_front_of_a_function_is_no_part_of_a_missing_base(tmp_path: Path) -> None:
+    text = "FUNCTION_BLOCK FB_T EXTENDS Lib.FB_Suite METHOD Run Lib.TEST('a'); END_METHOD "
+    text += "END_FUNCTION_BLOCK PROGRAM P VAR t : FB_T; END_VAR t.Run(); END_PROGRAM"
+    assert "Lib :" not in _stubs(tmp_path, text)
+
+
 def test_variable_that_one_program_alone_uses_is_no_list_variable(tmp_path: Path) -> None:
     (tmp_path / "a.st").write_text("PROGRAM P VAR n : INT; END_VAR n := Missing; END_PROGRAM")
     (tmp_path / "a.plcproj").write_text(

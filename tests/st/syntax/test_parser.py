@@ -351,3 +351,8 @@ END_FUNCTION_BLOCK"""
     assert [f.location.line for f in parse(text).faults] == [1]
     late = "PROGRAM P a(); VAR b : INT; END_VAR VAR c : INT; END_VAR END_PROGRAM"
     assert [f.message for f in parse(late).faults] == ["expected END_PROGRAM, got 'VAR'"]
+
+
+def test_empty_blocks_of_an_interface_mean_nothing() -> None:
+    text = "INTERFACE I {}METHOD M END_METHOD END_INTERFACE"
+    assert flat(text.format("VAR_INPUT END_VAR VAR_OUTPUT END_VAR ")) == text.format("")

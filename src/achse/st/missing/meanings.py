@@ -488,7 +488,9 @@ class Meanings:
     def method_of(self, callee: Expression, scope: Scope) -> tuple[Method, Scope] | None:
         """Return the declared method that a call calls, with the scope of its unit."""
         if isinstance(callee, Member):
-            whole = self.of(callee.of, scope)
+            of = callee.of
+            is_space = isinstance(of, Name) and not of.name[:1].islower()
+            whole = self.constant(of, scope) if is_space else self.of(of, scope)
         else:
             whole = self._own() if isinstance(callee, Name) else None
         if isinstance(whole, tuple) and isinstance(whole[0], ReferenceTo):

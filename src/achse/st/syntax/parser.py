@@ -257,6 +257,9 @@ class Parser:
         self._cursor.take(";")
         parts: tuple[Part, ...] = ()
         if whole:
+            first = self._cursor.position
+            if any(block.variables for block in self.declarations.var_blocks()):
+                self._cursor.position = first  # empty blocks alone mean nothing
             parts = tuple(self._parts())
             self._end("END_INTERFACE", "METHOD, PROPERTY or END_INTERFACE")
         return Interface(name.name, modifiers, extends, parts, note, name.at)
