@@ -159,7 +159,7 @@ def test_machine_code_is_unloaded_after_the_last_that_refers_to_it() -> None:
 
     def loaded() -> tuple[weakref.ref[Any], weakref.ref[Host], Any, Any]:
         host = Host()
-        host.code = code = MachineCode(content, module.interface, {"asked": host.callback})
+        host.code = code = MachineCode(content, module.interface, {"asked": host.answer_for})
         module_loaded = weakref.ref(code._loaded)
         return module_loaded, weakref.ref(host), code.plain_function("both"), code.words("kept")
 

@@ -510,7 +510,7 @@ def _seen(future: "asyncio.Future[VariableLocation]") -> None:
 
 
 def _key(name: str) -> str:
-    """Return the key of a symbol. TypeError if `name` is no text."""
+    """Return the key of a symbol. TypeError if `name` is not text."""
     if not isinstance(name, str):
         raise TypeError(f"the name of a symbol is text, got {name!r:.80}")
     return fold(name)
