@@ -114,7 +114,8 @@ def test_pytest(tmp_path: Path) -> None:
     if not hasattr(os, "fork"):
         printed = _run(sys.executable, "-m", "pytest", *words, cwd=folder)
     else:
-        code, printed = _forked_pytest(folder, words)
+        loaded = ("-W", "ignore::pytest.PytestAssertRewriteWarning")  # plugins, by this process
+        code, printed = _forked_pytest(folder, (*words, *loaded))
         assert code == 0, printed
     assert re.search(r"^\d passed", printed, re.MULTILINE), printed
 
