@@ -261,7 +261,8 @@ def test_drawn_axes_reach_drawn_targets_or_say_why(data: st.DataObject) -> None:
         fault = draw(st.sampled_from([None, None, "alarm", "cable"]))
         when = draw(st.floats(0.0, 0.5))
         station.advance(when)
-        moves = axis.set_motion_phase != 0
+        # what has next to no way left is at rest before the drive shows its alarm
+        moves = axis.set_motion_phase != 0 and abs(target - axis.set_position) > 0.01 * way
         bus = bus_of(station)
         if fault == "alarm":
             bus.drives[0].record.alarm_request = 0xFF11

@@ -10,7 +10,7 @@ from achse.codes import NcError
 from achse.codes.axis import CommandState, StartType
 from achse.codes.nc.choices import AxisType, MotionPhase
 from achse.motion.axis import Axis
-from achse.motion.checks import OK, check_dynamics, check_velocity
+from achse.motion.checks import OK, SLOWEST, check_dynamics, check_velocity
 from achse.motion.commands.queue import busy, dynamics, next_number
 from achse.motion.commands.starts import universal_start
 from achse.motion.commands.stops import oriented_stop
@@ -320,7 +320,7 @@ def _decouple(
             return OK
         case DecouplingType.NEW_POSITION:
             velocity = abs(_run_out(slave, limits[2]))
-            if velocity == 0.0:  # from rest there is no velocity to keep
+            if velocity < SLOWEST:  # at rest, or nearly, there is no velocity to keep
                 return NcError.DECOUPLING_VELOCITY
     return _as_free(slave, universal_start, StartType.ABSOLUTE, position, velocity, *limits)
 
