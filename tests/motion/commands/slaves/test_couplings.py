@@ -139,7 +139,7 @@ def test_what_is_refused_leaves_it_coupled(arguments: Any, error: NcError) -> No
 
 @pytest.mark.parametrize("speed", [0.0, 5e-4])
 def test_a_slave_that_hardly_moves_has_no_velocity_to_keep(speed: float) -> None:
-    nc, _, slave = pair(gear=1e-5, velocity=100.0 * speed / 1e-3)
+    slave = pair(gear=1e-5, velocity=100.0 * speed / 1e-3)[2]
     assert slave.set_velocity == pytest.approx(speed, rel=1e-6)
     refusal = commands.decouple_with_follow_up(slave, 4, 10.0)
     assert refusal == NcError.DECOUPLING_VELOCITY
