@@ -33,10 +33,10 @@ def _run(*words: str) -> Any:
         (("run", "--speed", "fast", "--json"), "a number above 0"),
         (("ads", "route", "add", "--net-id", "x", "--password", "y", "--json"), "six numbers"),
         (("ads", "raw", "x", "0", "--json"), "0x4040"),
-        (("axis", "move", "X", "--to", "far", "--json"), "'--to': expected a number"),
-        (("web", "--port", "x", "--json"), "'--port': expected a whole number"),
-        (("run", "--tcp-port", "65536", "--json"), "expected at most 65535"),
-        (("run", "--tcp-port", "-1", "--json"), "expected at least 0"),
+        (("axis", "move", "X", "--to", "far", "--json"), "'--to': expected a number, got 'far'"),
+        (("web", "--port", "x", "--json"), "'--port': expected a whole number, got 'x'"),
+        (("run", "--tcp-port", "65536", "--json"), "expected at most 65535, got '65536'"),
+        (("run", "--tcp-port", "-1", "--json"), "expected at least 0, got '-1'"),
     ],
 )
 def test_an_error_of_the_command_line_is_an_object(words: tuple[str, ...], message: str) -> None:

@@ -150,7 +150,7 @@ class Front(TyperGroup):
 
 def _report(fault: Any) -> int:
     """Report an error of the command line; return the exit code."""
-    fault.message = _in_our_words(fault.message or "")
+    fault.message = _in_our_words(fault.message or "", fault.__cause__)
     unknown = fault.message.removeprefix("No such command '").partition("'")[0]
     moved = _moved(unknown, fault)
     if fault.message.startswith("Got unexpected extra argument"):
@@ -169,15 +169,17 @@ def _report(fault: Any) -> int:
     return int(fault.exit_code)
 
 
-def _in_our_words(message: str) -> str:
-    """Return what is expected of a value, without the words of the parser's own checks."""
+def _in_our_words(message: str, cause: Any) -> str:
+    """Return what is expected of a value and what came, without the words of the parser."""
     message = message.removeprefix("Value error, ")
     head, separator, expected = message.partition("Input should be ")
     if not separator:
         return message
     expected = expected.partition(", unable to parse")[0]
     theirs = next((words for words in _EXPECTED if expected.startswith(words)), "")
-    return f"{head}expected {_EXPECTED.get(theirs, theirs)}{expected[len(theirs) :]}"
+    details = cause.errors() if hasattr(cause, "errors") else ()
+    value = f", got {str(details[0]['input'])!r:.80}" if details else ""
+    return f"{head}expected {_EXPECTED.get(theirs, theirs)}{expected[len(theirs) :]}{value}"
 
 
 def _moved(word: str, fault: Any) -> str | None:
