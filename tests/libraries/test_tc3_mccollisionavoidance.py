@@ -26,8 +26,9 @@ def ran() -> Ran:
     declared = " ".join(f"b{n} : {block};" for n, block in enumerate(BLOCKS))
     return Ran(
         "PROGRAM MAIN VAR go : BOOL; group : AXES_GROUP_REF; axis, master : AXIS_REF;"
-        f" state : MC_GroupReadStatus; track : MC_ReadTrackPositions; {declared} END_VAR {calls}"
-        " state(AxesGroup := group, Enable := go); track(Axis := axis, Enable := go); END_PROGRAM"
+        f" steady : BOOL; state : MC_GroupReadStatus; track : MC_ReadTrackPositions; {declared}"
+        f" END_VAR {calls} state(AxesGroup := group, Enable := go, ConstantVelocity => steady);"
+        " track(Axis := axis, Enable := go); END_PROGRAM"
     )
 
 

@@ -85,7 +85,7 @@ class WatchedTarget:
         self._symbol_listeners.append(forget)
 
     async def leave(self) -> None:
-        """Do nothing for the session: there is no resource here."""
+        """Do nothing: there is nothing to release."""
 
     def end(self, error: ConnectionLost | None) -> None:
         """Report for the session that the connection has ended."""

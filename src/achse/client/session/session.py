@@ -320,8 +320,7 @@ class Session:
         `look` sees the response at once, before any frame behind it. Raises `RouterError` for an
         error in the AMS header, `RequestTimeout`, `ConnectionLost`.
         """
-        if asyncio.get_running_loop() is not self._loop:
-            raise RuntimeError(_OTHER_LOOP)
+        self.check_loop()
         deadline = self._loop.time() + time_limit
         link = self._ready
         if link is None:

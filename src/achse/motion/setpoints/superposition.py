@@ -20,7 +20,7 @@ _APPROACHES = 8
 """Steps by which a way is made shorter until what it adds fits into the room."""
 
 _NEARLY_MORE = 1.0 + 1e-9
-"""Of the room, so that rounding does not take all of it."""
+"""Factor on the room that allows for rounding."""
 
 
 def superposed_way(ax: AxisFields, t: float) -> float:

@@ -313,7 +313,7 @@ class PendingRequests:
         self.different += count
 
     def answered(self, request: PendingRequest, count: int, size: int) -> None:
-        """Count requests like `request` that are no longer under way."""
+        """Subtract answered requests like `request` from the load of their client."""
         load = request.session.load
         if request.change is not None:
             load.fetching -= request.change.fetches

@@ -46,7 +46,7 @@ def note_method_call(
 def note_value(
     meanings: Meanings, at: tuple[TypeSpec, Scope], value: Expression, scope: Scope
 ) -> None:
-    """`sName : STRING256` and `sName := 'x'`: a missing type that is an elementary one."""
+    """Note the value of a variable: a missing type may be elementary (`s : STRING256 := 'x'`)."""
     use = meanings.type_use(at)
     if use is None or (isinstance(value, Literal) and value.text == "0"):
         return  # 0 is an interface, too

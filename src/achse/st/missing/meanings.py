@@ -314,7 +314,7 @@ class Meanings:
                 spec = NamedType(whole.type)
                 key = whole.type.lower()
                 if key in self.types or self.scopes.find(whole.type, "") is not None:
-                    whole.is_written = True  # what has parts is no constant
+                    whole.is_written = True  # parts show a variable
                     return self.member_of((spec, scope), name)
             if isinstance(of, Name) and self.names.get(of.name.lower()) is whole:
                 is_known, sense = self._anywhere(name, scope)

@@ -71,7 +71,9 @@ class MissingUse:
     is_reference: bool = False
     """True if a use asks whether it refers to something."""
     dimensions: int = 1
+    """Number of its indices, if it is an array."""
     is_indexed_by_variable: bool = False
+    """True if an index is not a constant, so that the highest one is not known."""
     target: "MissingUse | None" = None
     """Target of the pointer, if it is one."""
     library: str = ""
@@ -109,7 +111,7 @@ class MissingUse:
 
     @property
     def is_sure(self) -> bool:
-        """Return True if more than a literal shows its type."""
+        """True if more than a literal shows its type."""
         return _sureness(self.type) == _SURE
 
     def note_type(self, type: str) -> None:

@@ -105,7 +105,7 @@ class EthercatBus:
         """Do nothing: the slaves of this process stay."""
 
     def close(self) -> None:
-        """Do nothing: there is no interface."""
+        """Do nothing: this bus has no network interface."""
 
     def torque_per_acceleration(self, number: int) -> float:
         """‰ for an increment a second² at drive `number`, 0 if unknown."""

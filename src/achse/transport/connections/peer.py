@@ -342,9 +342,13 @@ class Peer(PeerWriter):
             stranger = admission is Admission.UNKNOWN and self.owner.routes_required
             rights = NO_RIGHTS if stranger else self._rights_of(net_id, admission)
             if self.rights.assign(source, rights) or stranger:
-                reason = "%s may less than before: the route has changed"
-                self.owner.loop.call_soon(partial(self.turn_out, reason, client))
+                self.owner.loop.call_soon(partial(self._end_access, client))
                 return
+
+    def _end_access(self, client: object) -> None:
+        """End the connection of a client that may do less now, unless it has ended since."""
+        if self.connected:
+            self.turn_out("%s may less than before: the route has changed", client)
 
     def _refuse(self, frame: Frame) -> bool:
         """Refuse a request for which its sender has no right."""

@@ -26,7 +26,7 @@ LARGEST_PARAMETER = 1e6
 """Parameters of couplings are up to this, either sign (002 §6.4.4.3)."""
 
 _NEARLY = 1.0 - 1e-9
-"""Of a jerk, so that rounding does not make it another one."""
+"""Factor on a jerk that allows for rounding."""
 
 
 def couple(
@@ -320,7 +320,7 @@ def _decouple(
             return OK
         case DecouplingType.NEW_POSITION:
             velocity = abs(_run_out(slave, limits[2]))
-            if velocity < SLOWEST:  # at rest, or nearly, there is no velocity to keep
+            if velocity < SLOWEST:  # below the slowest velocity there is none to keep
                 return NcError.DECOUPLING_VELOCITY
     return _as_free(slave, universal_start, StartType.ABSOLUTE, position, velocity, *limits)
 
