@@ -75,6 +75,14 @@ def test_what_happens_to_a_router_holds(kind: str, resubscribe: bool) -> None:
         assert play(world).digest == outcome.digest
 
 
+def test_router_notices_that_the_router_before_it_was_killed() -> None:
+    acts = [
+        Act(SECOND, STATION, "router_kill", [0, 1_000_000]),
+        *(Act(3 * SECOND // 2, 0, "use", [0, None]) for _ in range(3)),
+    ]
+    assert play(world_of(acts, behind=0)).violation is None
+
+
 def test_subscription_goes_on_behind_a_cut() -> None:
     acts = [Act(SECOND, STATION, "router_cut", [1, 0])]
     samples = play(world_of(acts)).samples

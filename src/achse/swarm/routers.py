@@ -197,6 +197,9 @@ class LinkTarget(Protocol):
     def listening(self) -> tuple[TcpListener, LinkScheduler, Callable[[], None]] | None:
         """Return listener, scheduler and waking function for a link; None while nothing listens."""
 
+    def add_link(self, link: NetworkLink) -> None:
+        """Note a link that ends with the process that listens."""
+
 
 class RouterProcess:
     """One process of a router, from its start to its end or kill."""
@@ -248,6 +251,7 @@ class RouterProcess:
         transport.link = NetworkLink(
             listener, scheduler, self._owner.part, transport, self._owner.next_port(), wake
         )
+        self._owner.beyond.add_link(transport.link)
         self._owner.link_changed()
         peer.begin(transport, _HOST, 48898)
 
@@ -337,10 +341,16 @@ class WorldRouter:
         link = NetworkLink(
             *(process.listener, process.scheduler, client.part, client, self.next_port(), _nothing)
         )
-        process.links = [each for each in process.links if not each.ended]
-        process.links.append(link)
+        self.add_link(link)
         self.pages.append(page)
         return link, page
+
+    def add_link(self, link: NetworkLink) -> None:
+        """Note a link to this router, which ends with its process."""
+        process = self.process
+        assert process is not None
+        process.links = [each for each in process.links if not each.ended]
+        process.links.append(link)
 
     # what happens to it ---------------------------------------------------------------------------
 
@@ -449,6 +459,9 @@ class StationPlace:
         down."""
         life = self._life()
         return None if life.station.ended else (life.listener, life.scheduler, life.watch.wake)
+
+    def add_link(self, link: NetworkLink) -> None:
+        """Note nothing: `WorldRouter.station_ended` ends the links of routers."""
 
 
 def _nothing() -> None:
