@@ -19,7 +19,8 @@ from achse.web.settings import WebSettings
 class OpenPage:
     """The page's end of a WebSocket in this process."""
 
-    def __init__(self) -> None:
+    def __init__(self, host: str = "127.0.0.1") -> None:
+        self.host = host
         self._inwards: asyncio.Queue[str | None] = asyncio.Queue()
         self.seen: asyncio.Queue[str | bytes] = asyncio.Queue()
         self.reads = asyncio.Event()

@@ -99,6 +99,41 @@ async def test_connections_with_a_request_do_not_give_way() -> None:
                 writer.close()
 
 
+@pytest.mark.parametrize("upgrade", [True, False])
+async def test_connections_of_one_host_lock_no_other_out(upgrade: bool) -> None:
+    async def page(scope: Any, receive: Any, send: Any) -> None:
+        if scope["type"] == "http":
+            await answer(scope, receive, send)
+            return
+        await send({"type": "websocket.accept"})
+        while (await receive())["type"] != "websocket.disconnect":
+            pass
+
+    request = b"GET / HTTP/1.1\r\nhost: x\r\n"
+    socket = (
+        b"upgrade: websocket\r\nconnection: upgrade\r\nsec-websocket-version: 13\r\n"
+        b"sec-websocket-key: dGhlIHNhbXBsZSBub25jZQ==\r\n"
+    )
+    with mock.patch.object(listening, "MOST_WAITING", 4):
+        async with Running(page) as port:
+            flood = []
+            for _ in range(4):
+                reader, writer = await asyncio.open_connection("127.0.0.1", port)
+                if upgrade:
+                    writer.write(request + socket + b"\r\n")
+                    assert (await reader.readline()).startswith(b"HTTP/1.1 101")
+                flood.append(writer)
+            for _ in range(2):
+                reader, writer = await asyncio.open_connection(
+                    "127.0.0.1", port, local_addr=("127.0.0.2", 0)
+                )
+                writer.write(request + b"connection: close\r\n\r\n")
+                assert (await reader.read()).startswith(b"HTTP/1.1 200")
+                writer.close()
+            for writer in flood:
+                writer.close()
+
+
 @pytest.mark.parametrize("at_once", [True, False])
 async def test_broken_body_behind_a_request_leaves_no_error_in_the_log(
     at_once: bool, caplog: pytest.LogCaptureFixture

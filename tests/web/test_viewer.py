@@ -113,3 +113,28 @@ async def test_more_pages_than_may_be_open_are_refused(shown: Shows) -> None:
     async with shown(settings=WebSettings(viewers=1)) as it, it.page():
         await asyncio.sleep(0)
         assert await it.server.serve(OpenPage()) is False
+
+
+async def test_host_with_most_pages_gives_way(shown: Shows) -> None:
+    async with shown(settings=WebSettings(viewers=4)) as it:
+        serving = [asyncio.create_task(it.server.serve(OpenPage("10.0.0.1"))) for _ in range(4)]
+        await asyncio.sleep(0)
+        assert it.server.viewers == 4
+        async with it.page(OpenPage("10.0.0.2")) as good, it.page(OpenPage("10.0.0.2")) as second:
+            for page in (good, second):
+                assert (await page.done("hello"))["version"]
+            assert [await each for each in serving[2:]] == [False, False]
+            assert await it.server.serve(OpenPage("10.0.0.2")) is False
+            assert await it.server.serve(OpenPage("10.0.0.1")) is False
+            assert it.server.viewers == 4
+            assert await it.server.serve(_gone("10.0.0.3")) is True
+        for each in serving:
+            each.cancel()
+        await asyncio.gather(*serving, return_exceptions=True)
+
+
+def _gone(host: str) -> OpenPage:
+    """A page that is closed at once."""
+    page = OpenPage(host)
+    page.say(None)
+    return page

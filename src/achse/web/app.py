@@ -32,6 +32,8 @@ class PageSocket:
     def __init__(self, socket: WebSocket, most_bytes: int = MOST_BYTES) -> None:
         self._socket = socket
         self._most_bytes = most_bytes
+        self.host = socket.client.host if socket.client else ""
+        """Address of the computer that shows the page; empty if unknown."""
 
     async def receive(self) -> str | None:
         """Return the next text; None at the end, and after what a page must not send."""

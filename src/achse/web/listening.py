@@ -3,7 +3,8 @@
 import asyncio
 import contextlib
 import socket
-from collections.abc import Iterator
+from collections import Counter
+from collections.abc import Collection, Iterator
 from typing import Any
 
 import h11
@@ -31,18 +32,12 @@ class BoundedHttp(H11Protocol):
     """Time since which the connection waits for a request, s; None while an answer is under way."""
 
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
-        """Note that a connection came; of too many the one ends that has asked nothing for
-        longest."""
+        """Note that a connection came; of too many one gives way: see `_one_too_many`."""
         super().connection_made(transport)
         self.waits_since = self.loop.time()
         self._within(REQUEST_WITHIN)
         if len(self.connections) > MOST_WAITING:
-            waiting = (each for each in self.connections if isinstance(each, BoundedHttp))
-            idle = min(
-                (each for each in waiting if each.waits_since is not None),
-                key=lambda each: each.waits_since or 0.0,
-            )
-            idle.give_way()
+            _one_too_many(self.connections, self).give_way()
 
     def give_way(self) -> None:
         """End at once, for another."""
@@ -102,6 +97,19 @@ class BoundedHttp(H11Protocol):
 class BoundedSocket(WSProtocol):
     """A WebSocket that reads no more while what it has to send is not taken: pings as well."""
 
+    opened_at = 0.0
+    """Time at which the connection became a WebSocket, s."""
+
+    def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
+        """Note that a page was opened."""
+        super().connection_made(transport)
+        self.opened_at = self.loop.time()
+
+    def give_way(self) -> None:
+        """End at once, for another."""
+        self.connections.discard(self)
+        self.transport.abort()
+
     def pause_writing(self) -> None:
         """Pause reading, too: the page does not read."""
         super().pause_writing()
@@ -113,6 +121,29 @@ class BoundedSocket(WSProtocol):
         super().resume_writing()
         if not self.read_paused and not self.transport.is_closing():
             self.transport.resume_reading()
+
+
+def _host(connection: Any) -> str:
+    return connection.client[0] if connection.client else ""
+
+
+def _one_too_many(connections: Collection[Any], newest: BoundedHttp) -> BoundedHttp | BoundedSocket:
+    """Return the connection that gives way.
+
+    It is one of the host that has most: the one that has asked nothing for longest, or the newest
+    page, but if that host is the newcomer's, `newest` itself is among those that ask nothing. No
+    connection with an answer under way ends.
+    """
+    hosts = Counter(_host(each) for each in connections)
+    most = max(hosts, key=lambda host: (hosts[host], host == _host(newest)))
+    of_host = [each for each in connections if _host(each) == most]
+    waiting = [
+        each for each in of_host if isinstance(each, BoundedHttp) and each.waits_since is not None
+    ]
+    if waiting:
+        return min(waiting, key=lambda each: each.waits_since or 0.0)
+    pages = [each for each in of_host if isinstance(each, BoundedSocket)]
+    return max(pages, key=lambda each: each.opened_at, default=newest)
 
 
 class QuietServer(uvicorn.Server):

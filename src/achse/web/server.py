@@ -2,6 +2,7 @@
 
 import asyncio
 import contextlib
+from collections import Counter
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -70,7 +71,8 @@ class WebServer:
             self._contents = contents(self.watched)
         self.subscriptions = SharedSubscriptions(self._contents.topics, pause, of_station)
         self._pages = pages
-        self._viewers: set[Viewer] = set()
+        self._viewers: dict[Viewer, str] = {}
+        """Open pages in the order in which they came, with their hosts."""
         self._server: QuietServer | None = None
         self._serving: asyncio.Task[None] | None = None
         self._token = self.settings.token
@@ -157,14 +159,27 @@ class WebServer:
 
     async def serve(self, wire: Wire) -> bool:
         """Serve one page to its end; False if too many are open."""
-        if len(self._viewers) >= self.settings.viewers:
+        if len(self._viewers) >= self.settings.viewers and not self._make_room(wire.host):
             return False
         viewer = Viewer(self._contents.calls, self.subscriptions, self.watched.rights)
-        self._viewers.add(viewer)
+        self._viewers[viewer] = wire.host
         self.watched.on_connection(viewer.tell_connection)
         try:
-            await viewer.serve(wire)
+            return await viewer.serve(wire)
         finally:
             self.watched.ignore_connection(viewer.tell_connection)
-            self._viewers.discard(viewer)
+            self._viewers.pop(viewer, None)
+
+    def _make_room(self, host: str) -> bool:
+        """Let the newest page of the host that has most give way to a page of `host`.
+
+        False if that host would have no more pages than `host` then.
+        """
+        pages = Counter(self._viewers.values())
+        most = max(pages, key=pages.__getitem__)
+        if pages[most] <= pages[host] + 1:
+            return False
+        newest = [viewer for viewer, its in self._viewers.items() if its == most][-1]
+        del self._viewers[newest]
+        newest.give_way()
         return True

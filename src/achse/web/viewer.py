@@ -35,6 +35,11 @@ OpenScope = tuple[Callable[[], Awaitable[None]], Callable[[str], ScopeData]]
 class Wire(Protocol):
     """The WebSocket of a page."""
 
+    @property
+    def host(self) -> str:
+        """Address of the computer that shows it; empty if unknown."""
+        ...
+
     async def receive(self) -> str | None:
         """Return the next text; None at the end."""
         ...
@@ -78,15 +83,22 @@ class Viewer:
         self._last_watch = 0
         self._under_way: set[asyncio.Task[None]] = set()
         self._room = asyncio.Semaphore(_CALLS_AT_ONCE)
+        self._must_leave = asyncio.Event()
 
-    async def serve(self, wire: Wire) -> None:
-        """Answer until the page is closed."""
+    def give_way(self) -> None:
+        """End soon, for a page of another host."""
+        self._must_leave.set()
+
+    async def serve(self, wire: Wire) -> bool:
+        """Answer until the page is closed; False if it gave way to another."""
         sender = asyncio.create_task(self._send(wire))
         reader = asyncio.create_task(self._read(wire))
+        leaving = asyncio.create_task(self._must_leave.wait())
         try:
-            await asyncio.wait((sender, reader), return_when=asyncio.FIRST_COMPLETED)
+            await asyncio.wait((sender, reader, leaving), return_when=asyncio.FIRST_COMPLETED)
+            return not leaving.done()
         finally:
-            tasks = (sender, reader, *self._under_way)
+            tasks = (sender, reader, leaving, *self._under_way)
             for task in tasks:
                 task.cancel()
             await asyncio.gather(*tasks, return_exceptions=True)
