@@ -4,6 +4,7 @@ import contextlib
 import json
 import os
 import shlex
+import shutil
 import signal
 import socket
 import struct
@@ -137,6 +138,19 @@ def test_a_signal_saves_persistent_data(
     run.communicate()
     assert run.returncode == 0
     assert list(json.loads((tmp_path / "state.json").read_text())["nc"]) == ["1"]
+
+
+def test_end_without_saved_data_is_exit_code_1(tmp_path: Path, warm_commands: WarmCommands) -> None:
+    (tmp_path / "data").mkdir()
+    (tmp_path / "station.toml").write_text(SAVING.replace("state.json", "data/state.json"))
+    run = warm_commands.popen("run", str(tmp_path / "station.toml"), "--tcp-port", "0", **PIPES)
+    assert run.stdout is not None
+    assert run.stdout.readline().startswith("achse ready ")
+    shutil.rmtree(tmp_path / "data")
+    run.send_signal(signal.SIGTERM)
+    _, errors = run.communicate()
+    assert run.returncode == 1
+    assert "state.json cannot be written: No such file or directory" in errors
 
 
 def assert_is_station(client: socket.socket) -> None:

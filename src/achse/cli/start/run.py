@@ -231,7 +231,10 @@ async def _serve(
     ends: Sequence[signal.Signals],
     page: "Callable[[], AbstractAsyncContextManager[WebServer | None]]",
 ) -> int:
+    is_saved = True
+
     async def until(stopped: asyncio.Event) -> None:
+        nonlocal is_saved
         with contextlib.ExitStack() as to_the_end:
             async with (
                 station.running(
@@ -240,6 +243,7 @@ async def _serve(
                 page() as web,
             ):
                 await _until_ended(station, running, web, speed, duration, stopped, to_the_end)
+            is_saved = running.is_saved
 
     def cannot_listen(why: str) -> str:
         config = station.config.router
@@ -248,7 +252,7 @@ async def _serve(
         hint = "".join(f"; {each} is there, `achse stop` ends it" for each in there)
         return f"cannot listen on {where}: {why} (another address: --host, --tcp-port){hint}"
 
-    return await serve(until, cannot_listen, ends)
+    return await serve(until, cannot_listen, ends) or int(not is_saved)
 
 
 async def _until_ended(

@@ -40,6 +40,8 @@ class RunningStation:
         self.network = network
         self.metrics = metrics
         self.listener = network.listener
+        self.is_saved = True
+        """False if persistent data could not be written at the end, which is logged."""
         self._cycle = cycle
 
     @property
@@ -123,16 +125,17 @@ class Operation:
         )
         for task in (cycle, snapshots):
             task.add_done_callback(_log_failure)
+        running = RunningStation(network, metrics, cycle)
         try:
             with system.files_beside(asyncio.get_running_loop()):
-                yield RunningStation(network, metrics, cycle)
+                yield running
         finally:
             cycle.cancel()
             snapshots.cancel()
             await asyncio.gather(cycle, snapshots, return_exceptions=True)
             for each in states.parts.fieldbuses.values():
                 each.close()
-            states.save()
+            running.is_saved = states.save()
             await metrics.close()
             await network.close()
             system.files.close_all()
