@@ -263,9 +263,11 @@ def mqtt_session() -> Session:
             self._to_write = 0
 
         async def __aexit__(self, *failure: Any) -> None:
-            await super().__aexit__(*failure)
-            if self._disconnected.done() and not self._disconnected.cancelled():
-                self._disconnected.exception()  # known: asyncio needs not report it
+            try:
+                await super().__aexit__(*failure)
+            finally:
+                if self._disconnected.done() and not self._disconnected.cancelled():
+                    self._disconnected.exception()  # known: asyncio needs not report it
 
         def waiting(self) -> Iterator[Any]:
             """Yield the messages that have come meanwhile, without a turn of the loop for each."""
