@@ -27,6 +27,16 @@ def test_what_can_be_no_host_name_is_reported(cli: Callable[..., Any]) -> None:
     assert result.stderr.count("\n") == 1
 
 
+def test_host_has_its_tcp_port_behind_a_colon(
+    cli: Callable[..., Any], environment: dict[str, str]
+) -> None:
+    where = f"127.0.0.1:{environment['ACHSE_TCP_PORT']}"
+    for words in (("ads", "state"), ("wait",)):
+        assert cli(*words, "--host", where, "--tcp-port", "1").stdout
+    refusal = cli("ads", "state", "--host", "127.0.0.1:70000", exit_code=2).stderr
+    assert "a TCP port is 1..65535, got '70000'" in refusal
+
+
 def test_a_port_without_device_is_reported_by_code_and_name(cli: Callable[..., Any]) -> None:
     result = cli("ads", "state", "--port", "852", exit_code=1)
     assert "127.0.0.1.1.1:852" in result.stderr

@@ -73,6 +73,11 @@ def test_without_a_host_the_environment_decides(monkeypatch: pytest.MonkeyPatch)
     monkeypatch.setenv("ACHSE_HOST", "127.0.9.9")
     monkeypatch.setenv("ACHSE_TCP_PORT", "5000")
     assert dialer_of().peer == "127.0.9.9:5000"
+    monkeypatch.setenv("ACHSE_HOST", "127.0.9.9:6000")
+    assert dialer_of().peer == "127.0.9.9:6000"
+    monkeypatch.setenv("ACHSE_TCP_PORT", "port")
+    with pytest.raises(ValueError, match=r"ACHSE_TCP_PORT: a TCP port is 1\.\.65535, got 'port'"):
+        connect()
 
 
 def test_a_source_means_direct_mode() -> None:

@@ -22,7 +22,7 @@ def _answer_in_time(
 
     from achse.ams import NetId
     from achse.client import connect
-    from achse.client.links.link import TcpDialer
+    from achse.client.links.link import TcpDialer, endpoint_of
 
     options = getattr(context, "params", None) or {}
     host = options.get("host") or os.environ.get("ACHSE_HOST", "127.0.0.1")
@@ -33,7 +33,7 @@ def _answer_in_time(
         async with (
             asyncio.timeout(_PATIENCE_S),
             connect(
-                TcpDialer(host, int(tcp_port)),
+                TcpDialer(*endpoint_of(host, int(tcp_port))),
                 net_id=NetId(net_id) if net_id else None,
                 port=options.get("port") or port,
                 timeout=_PATIENCE_S,

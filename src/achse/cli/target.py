@@ -127,8 +127,9 @@ def _target(
         str,
         typer.Option(
             envvar="ACHSE_HOST",
-            help="Where the router listens; serial:/dev/ttyUSB0?baud=38400 for a serial port,"
-            " secure://name?fingerprint=… for Secure ADS, mqtt://broker/network for MQTT.",
+            help="Where the router listens, NAME or NAME:PORT; serial:/dev/ttyUSB0?baud=38400"
+            " for a serial port, secure://name?fingerprint=… for Secure ADS,"
+            " mqtt://broker/network for MQTT.",
             rich_help_panel="Target",
         ),
     ] = "127.0.0.1",
@@ -175,11 +176,13 @@ def _run(
     from achse.transport.serial.port import SCHEME, SerialPortError
 
     where = None if net_id is None else net_id_of(net_id)
-    schemes = (SCHEME, SECURE_SCHEME, *MQTT_SCHEMES)
+    has_endpoint = not host.startswith((SCHEME, SECURE_SCHEME, *MQTT_SCHEMES))
+    if has_endpoint:
+        host, tcp_port = endpoint(host, tcp_port)
 
     async def query() -> None:
         async with connect(
-            host if host.startswith(schemes) else TcpDialer(host, tcp_port),
+            TcpDialer(host, tcp_port) if has_endpoint else host,
             net_id=where,
             port=port,
             timeout=timeout,
@@ -206,6 +209,16 @@ def _run(
     except Interrupted as interrupted:
         if not endless:
             raise typer.Exit(interrupted.exit_code) from None
+
+
+def endpoint(host: str, tcp_port: int) -> tuple[str, int]:
+    """Return name and TCP port of `--host` and `--tcp-port`; a port in the host comes first."""
+    from achse.client.links.link import endpoint_of
+
+    try:
+        return endpoint_of(host, tcp_port)
+    except ValueError as fault:
+        raise typer.BadParameter(str(fault), param_hint="--host") from None
 
 
 async def ports_that_answer(client: "Client") -> list[int]:

@@ -7,7 +7,14 @@ from types import TracebackType
 from typing import Any
 
 from achse.ams import AmsAddress, NetId
-from achse.client.links.link import GRANT_TIME, Dialer, Mode, RouterDialer, TcpDialer
+from achse.client.links.link import (
+    GRANT_TIME,
+    Dialer,
+    Mode,
+    RouterDialer,
+    TcpDialer,
+    endpoint_of,
+)
 from achse.client.links.mqtt_link import MqttDialer
 from achse.client.links.secure_link import SECURE_SCHEME, SecureDialer, SecureTarget
 from achse.client.links.serial_link import SerialDialer
@@ -185,22 +192,10 @@ def _is_time(seconds: object) -> bool:
 
 
 def _endpoint(host: str | None) -> tuple[str, int]:
-    """Name and TCP port of `name`, `name:port`, `[v6]:port`; of None, from the environment."""
-    if host is None:
-        name = os.environ.get("ACHSE_HOST", "127.0.0.1")
-        text = os.environ.get("ACHSE_TCP_PORT", str(TCP_PORT))
-    elif host.startswith("["):
-        name, _, text = host[1:].partition("]")
-        text = text.removeprefix(":") or str(TCP_PORT)
-    elif host.count(":") == 1:
-        name, _, text = host.partition(":")
-    else:
-        name, text = host, str(TCP_PORT)
-    if text.startswith("//") or not name:
-        raise ValueError(
-            f"host: expected NAME, NAME:TCP_PORT, or an address that begins with serial:,"
-            f" secure:// or mqtt://, got {host!r:.80}"
-        )
-    if not (text.isascii() and text.isdigit() and 0 < int(text) < 0x1_0000):
-        raise ValueError(f"a TCP port is 1..65535, got {text!r}")
-    return name, int(text)
+    """Return name and TCP port of a host; of None, from the environment."""
+    if host is not None:
+        return endpoint_of(host)
+    text = os.environ.get("ACHSE_TCP_PORT", str(TCP_PORT))
+    if not text.isascii() or not text.isdigit():
+        raise ValueError(f"ACHSE_TCP_PORT: a TCP port is 1..65535, got {text!r:.20}")
+    return endpoint_of(os.environ.get("ACHSE_HOST", "127.0.0.1"), int(text))

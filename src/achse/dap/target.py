@@ -8,7 +8,7 @@ from typing import Any
 
 from achse.ams import NetId
 from achse.client import connect
-from achse.client.links.link import TcpDialer
+from achse.client.links.link import TcpDialer, endpoint_of
 from achse.codes.station import SERVICE_PORT
 from achse.dap.link import DebugLink
 from achse.st.files.forms import has_station
@@ -43,7 +43,7 @@ class Target:
         else:
             net_id = self._text("netId", "")
             client = connect(
-                TcpDialer(self._text("host", "127.0.0.1"), self._number("tcpPort", TCP_PORT)),
+                TcpDialer(*self._endpoint()),
                 net_id=NetId(net_id) if net_id else None,
                 port=SERVICE_PORT,
             )
@@ -91,6 +91,13 @@ class Target:
     async def close(self) -> None:
         """Leave the station; one of its own ends."""
         await self._stack.aclose()
+
+    def _endpoint(self) -> tuple[str, int]:
+        """Return host and TCP port to attach to; a port in `host` comes before `tcpPort`."""
+        try:
+            return endpoint_of(self._text("host", "127.0.0.1"), self._number("tcpPort", TCP_PORT))
+        except ValueError as fault:
+            raise TargetError(str(fault)) from None
 
     def _text(self, name: str, default: str) -> str:
         value = self._settings.get(name, default)

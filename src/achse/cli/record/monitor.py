@@ -13,7 +13,7 @@ import typer
 from achse.cli.failure import fail
 from achse.cli.options import Count, Duration
 from achse.cli.output import print_event, print_json, visible
-from achse.cli.target import STATION_PORT, Json, fail_to_connect
+from achse.cli.target import STATION_PORT, Json, endpoint, fail_to_connect
 
 if TYPE_CHECKING:
     from achse.ams import AmsAddress
@@ -87,6 +87,8 @@ def monitor(
     tcp_port: TcpPort = 48898,
 ) -> None:
     """Show requests, answers and notifications as they pass, and record them, until Ctrl-C."""
+    if via is None:
+        host, tcp_port = endpoint(host, tcp_port)
     if quiet:
         if write is None:
             raise typer.BadParameter("expected --write FILE", param_hint="--quiet")

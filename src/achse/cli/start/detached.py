@@ -25,7 +25,7 @@ from achse.cli.failure import fail, in_json
 from achse.cli.interrupts import ending
 from achse.cli.options import EndWithin
 from achse.cli.output import print_json
-from achse.cli.target import ROUTER, Json
+from achse.cli.target import ROUTER, Json, endpoint
 from achse.transport.file_lock import lock_file
 
 _RECORDS = "ACHSE_DETACHED"
@@ -313,6 +313,8 @@ def wait(
         except OSError as failure:
             why = failure.strerror or failure
             fail(f"{station}, is in another network namespace: {why}; wait there", name="NOT_OURS")
+    else:
+        host, tcp_port = endpoint(host, tcp_port)
     where = f"{host}:{tcp_port}"
     begin = time.monotonic()
     from achse.cli.interrupts import Interrupted, run

@@ -238,6 +238,28 @@ class TcpLink(asyncio.Protocol):
             self._transport.abort()
 
 
+def endpoint_of(host: str, tcp_port: int = TCP_PORT) -> tuple[str, int]:
+    """Return name and TCP port of `NAME`, `NAME:PORT`, `[IPv6]:PORT`, or an IPv6 address.
+
+    `tcp_port` is that of a host that names none. Raises ValueError.
+    """
+    if host.startswith("["):
+        name, _, text = host[1:].partition("]")
+        text = text.removeprefix(":") or str(tcp_port)
+    elif host.count(":") == 1:
+        name, _, text = host.partition(":")
+    else:
+        name, text = host, str(tcp_port)
+    if text.startswith("//") or not name:
+        raise ValueError(
+            f"host: expected NAME, NAME:TCP_PORT, or an address that begins with serial:,"
+            f" secure:// or mqtt://, got {host!r:.80}"
+        )
+    if not (text.isascii() and text.isdigit() and 0 < int(text) < 0x1_0000):
+        raise ValueError(f"a TCP port is 1..65535, got {text!r:.20}")
+    return name, int(text)
+
+
 class TcpDialer:
     """Opens AMS/TCP links to `host`:`port`.
 
