@@ -169,10 +169,10 @@ def test_stations_in_use_are_not_closed_by_many_others(folder: Path) -> None:
         handles: list[str] = []
 
         async def run() -> None:
+            """Once it has run it is idle, and may be closed as the oldest."""
             report = await agent.call("run", station=first, seconds=3.0)
             assert report["passed_s"] == pytest.approx(3.0)
-            values = await agent.call("read", station=first, names=["MAIN.nCount"])
-            assert values["values"] == {"MAIN.nCount": 300}
+            assert report["reason"] == "done"
 
         async def another() -> None:
             handles.append((await agent.call("open_station", project="machine.st"))["station"])
