@@ -16,6 +16,7 @@ from achse.router.routes import Route
 from achse.swarm.clients import Client
 from achse.swarm.life import StationLife
 from achse.swarm.link import LinkScheduler, NetworkLink, TimedCall
+from achse.swarm.services.drawing import net_id_of_router
 from achse.swarm.talk import ConnectionLedger, Report
 from achse.swarm.worlds.world import DrawnRouter
 from achse.transport.connections.fair_queue import FairQueue
@@ -40,7 +41,7 @@ _RESTORED_NS = 4_000_000_000
 
 def router_net_id(number: int) -> NetId:
     """Return the NetId of a router."""
-    return NetId(f"10.2.0.{number}.1.1")
+    return NetId(net_id_of_router(number))
 
 
 class RouterScheduler:

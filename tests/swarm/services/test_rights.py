@@ -10,7 +10,7 @@ from achse.codes import ReturnCode
 from achse.router import rights as router_rights
 from achse.swarm.play import play
 from achse.swarm.services.rights import ClientRights, may_write, rights_of
-from achse.swarm.worlds.world import Act, DrawnClient, World
+from achse.swarm.worlds.world import Act, DrawnClient, DrawnRouter, World
 
 DENIED = int(ReturnCode.DEVICE_ACCESS_DENIED)
 HANDLE, RELEASE, VALUE = (struct.pack("<3I", group, 0, 4) for group in (0xF003, 0xF006, 0xF005))
@@ -66,6 +66,19 @@ def test_route_says_what_its_client_may() -> None:
     assert [None if each is None else each.names for each in rights] == [{"read"}, {"write"}, None]
     assert may_write(three)
     assert not may_write(replace(three, clients=[client()]))
+
+
+def test_clients_behind_routers_have_the_rights_of_the_last_one() -> None:
+    routed = {"net_id": "10.2.0.0.1.1", "host": "127.0.0.1", "name": "router", "rights": ["write"]}
+    machine = {**world("read").machine, "route": [routed]}
+    routers = [DrawnRouter(0, 0, True), DrawnRouter(0, 0, True, 0), DrawnRouter(0, 0, True)]
+    clients = [replace(client(registers=True), router=number) for number in range(3)]
+    chained = replace(world(), machine=machine, clients=clients, routers=routers)
+    rights = [rights_of(chained, number) for number in range(3)]
+    assert [each and each.names for each in rights] == [{"write"}, {"write"}, {"read"}]
+    assert rights[0] is not None
+    assert rights[0].wrong_answer(Command.READ, VALUE, 0x1B) == ""
+    assert rights[0].wrong_answer(Command.READ, VALUE, 0)
 
 
 @pytest.mark.parametrize("rights", [(), ("read",), ("read", "write")])

@@ -8,18 +8,30 @@ from achse.swarm.worlds.world import STATION, World
 WORLDS = [draw_world(seed) for seed in range(60)]
 
 
-def test_routers_are_drawn_into_some_worlds_without_rights() -> None:
+def test_routers_are_drawn_into_some_worlds() -> None:
     drawn = [world for world in WORLDS if world.routers]
     assert 5 < len(drawn) < 30
     for world in WORLDS:
         count = len(world.routers)
         assert all(each.behind < number for number, each in enumerate(world.routers))
         assert all(each.router < count for each in world.clients)
-        assert not count or "route" not in world.machine
         for act in world.acts:
             if act.kind in ROUTER_ACTS:
                 assert act.actor == STATION
                 assert act.values[0] < count
+
+
+def test_rights_of_routers_are_drawn_where_clients_have_some() -> None:
+    worlds = [each for each in WORLDS if each.routers and "route" in each.machine]
+    assert worlds
+    routed = [
+        route
+        for world in worlds
+        for route in world.machine["route"]
+        if route["name"].startswith("router")
+    ]
+    assert routed
+    assert {route["net_id"] for route in routed} <= {"10.2.0.0.1.1", "10.2.0.1.1.1"}
 
 
 def test_kinds_of_worlds_are_all_drawn() -> None:

@@ -30,6 +30,11 @@ def net_id_of(client: int) -> str:
     return f"10.1.{client // 256}.{client % 256}.1.1"
 
 
+def net_id_of_router(number: int) -> str:
+    """Return the NetId of a router, which the station sees of all clients behind it."""
+    return f"10.2.0.{number}.1.1"
+
+
 def with_services(world: World) -> World:
     """Add services to some worlds; each world has those of its seed."""
     machine = dict(world.machine)
@@ -72,9 +77,7 @@ def _rights(draws: Stream, world: World) -> Mapping[str, Any]:
 
     In some of these worlds no client may write.
     """
-    rights: Sequence[Sequence[str]] = _SOME_RIGHTS
-    if draws.chance(0.4):
-        rights = [each for each in _SOME_RIGHTS if "write" not in each]
+    rights = _some_rights(may_write=not draws.chance(0.4))
     routes = [
         {
             "name": f"client {number}",
@@ -89,3 +92,26 @@ def _rights(draws: Stream, world: World) -> Mapping[str, Any]:
         "router": {"net_id": NET_ID, "rights": list(draws.choice(rights))},
         "route": routes,
     }
+
+
+def routes_of_routers(draws: Stream, world: World) -> list[Mapping[str, Any]]:
+    """Draw what the clients behind each router of a world may, for some routers.
+
+    In a world in which no client may write, none behind a router may.
+    """
+    declared = [*world.machine["route"], world.machine["router"]]
+    rights = _some_rights(may_write=any("write" in each["rights"] for each in declared))
+    return [
+        {
+            "name": f"router {number}",
+            "net_id": net_id_of_router(number),
+            "host": HOST,
+            "rights": list(draws.choice(rights)),
+        }
+        for number in range(len(world.routers))
+        if draws.chance(0.6)
+    ]
+
+
+def _some_rights(*, may_write: bool) -> Sequence[Sequence[str]]:
+    return [each for each in _SOME_RIGHTS if may_write or "write" not in each]

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+from achse.swarm.services.drawing import routes_of_routers
 from achse.swarm.worlds.draws import Stream, moments
 from achse.swarm.worlds.world import STATION, Act, DrawnRouter, World
 
@@ -14,9 +15,9 @@ _LONGEST_BACK_NS = 3_000_000_000
 
 
 def with_routers(world: World) -> World:
-    """Add one or two routers to some worlds, but not to those where rights go by NetId."""
+    """Add one or two routers to some worlds; where rights go by NetId, those of routers too."""
     draws = Stream(world.seed, "routers")
-    if "route" in world.machine or not world.clients or not draws.chance(0.25):
+    if not world.clients or not draws.chance(0.25):
         return world
     routers = [
         DrawnRouter(
@@ -40,4 +41,8 @@ def with_routers(world: World) -> World:
                 back = moment + away_ns + draws.randrange(_LONGEST_BACK_NS)
                 acts.append(Act(back, client, "dial"))
     acts.sort(key=lambda act: act.at_ns)
-    return replace(world, routers=routers, clients=clients, acts=acts)
+    routed = replace(world, routers=routers, clients=clients, acts=acts)
+    if "route" not in world.machine:
+        return routed
+    routes = routes_of_routers(Stream(world.seed, "rights of routers"), routed)
+    return replace(routed, machine={**world.machine, "route": [*world.machine["route"], *routes]})
