@@ -298,8 +298,8 @@ def _stub_files(
             here=here,
             spaces=spaces,
         )
-    named = (use.library.lower() for use in names.meanings.types.values())
-    stub_names = frozenset({*names.meanings.types, *names.meanings.names, *named})
+    named = (use.library.lower() for use in names.meanings.types.uses.values())
+    stub_names = frozenset({*names.meanings.types.uses, *names.meanings.names, *named})
     return stub_files(names), stub_names
 
 

@@ -24,7 +24,7 @@ def test_arguments_show_types(statement: str, type: str) -> None:
     VAR_INPUT bFirst : BOOL; nLast : WORD; END_VAR END_METHOD END_FUNCTION_BLOCK
     PROGRAM P VAR a : ST_A; o : FB_O; n : INT; s : STRING; END_VAR {statement} END_PROGRAM"""
     declarations, _ = examine([parse(text)])
-    use = MissingNames(declarations.names).meanings.types["st_a"]
+    use = MissingNames(declarations.names).meanings.types.uses["st_a"]
     assert [one.type for one in use.members.values()] == [type] * bool(type)
 
 

@@ -26,7 +26,7 @@ def test_nothing_is_missing_in_a_whole_project() -> None:
     IF TwinCAT_SystemInfoVarList._TaskInfo[1].CycleCount > 5 THEN RETURN; END_IF
     END_PROGRAM"""
     meanings = missing(text).meanings
-    assert (meanings.types, meanings.names) == ({}, {})
+    assert (meanings.types.uses, meanings.names) == ({}, {})
 
 
 def test_names_behind_a_missing_base() -> None:
@@ -37,6 +37,6 @@ def test_names_behind_a_missing_base() -> None:
     bDone := Lib.bReady AND fbInner.bReady;
     END_FUNCTION_BLOCK"""
     meanings = missing(text).meanings
-    assert sorted(meanings.types["fb_base"].members) == ["bdone", "fbinner"]
+    assert sorted(meanings.types.uses["fb_base"].members) == ["bdone", "fbinner"]
     assert sorted(meanings.names) == ["cmost", "lib"]
-    assert meanings.types["fb_base"].members["bdone"].type == "BOOL"
+    assert meanings.types.uses["fb_base"].members["bdone"].type == "BOOL"

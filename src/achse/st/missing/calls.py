@@ -8,6 +8,7 @@ from achse.st.declared.scopes import Scope
 from achse.st.missing.built_in import argument_text
 from achse.st.missing.meanings import Meanings
 from achse.st.missing.trees import parameters_of
+from achse.st.missing.type_texts import expression_text, spec_text
 from achse.st.missing.uses import MissingUse
 from achse.st.syntax.tree import Call, Expression, Literal, TypeSpec
 from achse.st.syntax.units import Method
@@ -40,17 +41,17 @@ def note_method_call(
         positional = inputs[place] if place < len(inputs) else None
         spec = named.get(argument.name.lower()) if argument.name else positional
         if spec is not None and argument.value is not None:
-            _note(meanings, argument.value, meanings.spec_text((spec, inside)), scope)
+            _note(meanings, argument.value, spec_text(meanings, (spec, inside)), scope)
 
 
 def note_value(
     meanings: Meanings, at: tuple[TypeSpec, Scope], value: Expression, scope: Scope
 ) -> None:
     """Note the value of a variable: a missing type may be elementary (`s : STRING256 := 'x'`)."""
-    use = meanings.type_use(at)
+    use = meanings.types.use_at(at)
     if use is None or (isinstance(value, Literal) and value.text == "0"):
         return  # 0 is an interface, too
-    text = meanings.text(value, scope)
+    text = expression_text(meanings, value, scope)
     if text.partition("(")[0].lower() in ELEMENTARY:
         use.note_type(text)
 

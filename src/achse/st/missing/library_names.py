@@ -74,7 +74,7 @@ def keep_names_of(
         return use.is_called or use.is_bound or _is_global_by_name(use) or _is_shared(use)
 
     _keep(
-        meanings.types,
+        meanings.types.uses,
         lambda key, use: (
             use.is_opaque
             or (use.block is not None and (bool(patterns) or _has_methods(use)))

@@ -1,37 +1,28 @@
 """Meanings of expressions with missing names: the declared type, or the use.
 
-Source: IEC 61131-3 (2013) table 19 (calls), 11 (types): what uses say of a declaration.
+Source: IEC 61131-3 (2013) tables 19 (calls) and 11 (types): what uses say of a declaration.
 """
 
-import re
 from collections.abc import Sequence
 from contextlib import suppress
-from dataclasses import replace
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
-from achse.iec.arrays import ArrayType
-from achse.iec.derived import AliasType, InterfaceType, OpaqueType, resolved
 from achse.iec.errors import IecError
 from achse.iec.names import ELEMENTARY
-from achse.iec.structs import RecordKind, StructType
-from achse.iec.types import IecType
+from achse.iec.structs import RecordKind
 from achse.st.declared.resolve import Resolver
 from achse.st.declared.scopes import DeclaredUnit, Failed, Scope
-from achse.st.declared.signatures import BlockSignature
-from achse.st.missing.built_in import is_built_in, result_text
+from achse.st.missing.built_in import is_built_in
 from achse.st.missing.trees import (
     bases_of,
-    is_plain,
     is_variable_list,
-    literal_text,
     part_of,
 )
+from achse.st.missing.types import MissingTypes
 from achse.st.missing.uses import MissingUse
 from achse.st.syntax.cursor import Unexpected
-from achse.st.syntax.printer import print_type
 from achse.st.syntax.tree import (
     ArrayOf,
-    Binary,
     Call,
     Dereference,
     Expression,
@@ -43,12 +34,10 @@ from achse.st.syntax.tree import (
     NamedType,
     PointerTo,
     ReferenceTo,
-    StringOf,
     StructOf,
     Super,
     This,
     TypeSpec,
-    Unary,
     UnionOf,
 )
 from achse.st.syntax.units import (
@@ -62,17 +51,12 @@ from achse.st.syntax.units import (
 )
 from achse.st.values.functions import is_standard
 
-_IDENTIFIER = re.compile(r"\w+(?:\.\w+)*", re.ASCII)
-TRUTHS = ("AND", "OR", "XOR", "AND_THEN", "OR_ELSE", "&")
-_COMPARING = ("=", "<>", "<", "<=", ">", ">=")
-_LONG_SUM = 8
-"""Most operands of an expression with types."""
 Sense: TypeAlias = "MissingUse | DeclaredUnit | tuple[TypeSpec, Scope] | None"
 """Meaning of an expression: a missing name, a unit, a declared type with its scope, or none."""
 
 
 class Meanings:
-    """Knows which names are missing, and what expressions mean by them.
+    """Knows what expressions mean by names, the missing ones too.
 
     `types` are missing types, `names` missing constants, variables and functions, `lists` those
     of `names` that have something behind a dot; all by name in lower case.
@@ -81,91 +65,11 @@ class Meanings:
     def __init__(self, names: Resolver) -> None:
         self._names = names
         self.scopes = names.scopes
-        self.types: dict[str, MissingUse] = {}
+        self.types = MissingTypes(names)
         self.names: dict[str, MissingUse] = {}
         self.lists: dict[str, MissingUse] = {}
         self.this: DeclaredUnit | None = None
         """The unit whose body is looked at."""
-        self._others: dict[int, bool] = {}
-        self._is_other_by_name: dict[tuple[str, str], bool] = {}
-        self._blocks: dict[str, StructType[Any]] = {}
-        """Blocks of symbol files, whose bodies and methods nothing declares."""
-        self._opaque: dict[str, IecType[Any]] = {}
-        """Types of symbol files with a size alone, and interfaces without methods."""
-
-    def is_missing(self, spec: NamedType, scope: Scope) -> bool:
-        """Return True if nothing, or a block's variables alone, declare a type."""
-        key = (spec.name.lower(), scope.space)
-        if key not in self._is_other_by_name:
-            try:
-                self._is_other_by_name[key] = self.scopes.find(
-                    spec.name, scope.space
-                ) is None and self._is_without_source(spec)
-            except (Unexpected, Failed, IecError):
-                self._is_other_by_name[key] = False
-        return self._is_other_by_name[key]
-
-    def _is_without_source(self, spec: NamedType) -> bool:
-        predefined = self._names.predefined
-        type = predefined.find(spec.name, spec.at)
-        name = spec.name.rpartition(".")[2]
-        if spec.name in predefined or name in predefined:
-            return False
-        if isinstance(type, StructType) and (
-            type.kind is RecordKind.FUNCTION_BLOCK or self._is_other(type)
-        ):
-            self._blocks[name.lower()] = type
-            return True
-        if isinstance(type, OpaqueType | InterfaceType):
-            self._opaque[name.lower()] = type
-            return True
-        return type is None
-
-    def _is_other(self, type: IecType[Any]) -> bool:
-        """Return True if a structure of a symbol file holds a type of a library of ours that has
-        another size there: the file is of another version of the library."""
-        known = self._others.get(id(type))
-        if known is not None:
-            return known
-        self._others[id(type)] = False
-        inner = type
-        while isinstance(inner, ArrayType | AliasType):
-            inner = inner.element if isinstance(inner, ArrayType) else inner.base
-        if not isinstance(inner, StructType):
-            return False
-        entry = self.scopes.find(inner.name, "")
-        if entry is not None:
-            is_other = entry.is_built_in and self._names.entry_type(entry, 0).size != inner.size
-        else:
-            is_other = inner.kind is RecordKind.STRUCT and any(
-                self._is_other(member.type) for member in inner.members
-            )
-        self._others[id(type)] = is_other
-        return is_other
-
-    def is_of_symbol_file(self, name: str) -> bool:
-        """Return True if a symbol file has the variables or the size of a missing type."""
-        return name in self._blocks or name in self._opaque
-
-    def use(self, spec: NamedType) -> MissingUse:
-        space, _, name = spec.name.rpartition(".")
-        key = name.lower()
-        if key not in self.types:
-            self.types[key] = MissingUse(
-                name,
-                block=self._blocks.get(key),
-                is_opaque=key in self._opaque,
-                is_interface=isinstance(self._opaque.get(key), InterfaceType),
-            )
-            block = self._blocks.get(key)
-            self.types[key].is_required = block is not None and block.kind is RecordKind.STRUCT
-            if self.is_of_symbol_file(key):
-                self.types[key].signature = self._names.predefined.signature(spec.name)
-        use = self.types[key]
-        use.library = use.library or space
-        return use
-
-    # what an expression means ------------------------------------------------------------------
 
     def constant(self, tree: Expression, scope: Scope) -> Sense:
         """Return the meaning of a name in a bound: never a variable of a base."""
@@ -239,8 +143,8 @@ class Meanings:
         if declared := self.scopes.globals.get(key):
             scope_of_list = self.scopes.scope(declared[0])
             return True, (scope_of_list.variables[key][1].type, scope_of_list)
-        if key in self.types:
-            return True, self.types[key]
+        if key in self.types.uses:
+            return True, self.types.uses[key]
         with suppress(Unexpected, Failed, IecError):
             if is_variable_list(self._names.predefined.find(name, 0)):
                 return False, None
@@ -266,29 +170,16 @@ class Meanings:
             base = getattr(entry.tree, "extends", None)
             if not isinstance(base, NamedType):
                 break
-            if self.is_missing(base, scope):
+            if self.types.is_missing(base, scope):
                 key = name.lower()
                 is_known = key in self.scopes.entries or key in self.scopes.globals
                 if is_known or is_space or key in ELEMENTARY:
                     return False, None
-                return True, self._missing_member(base, name)
+                return True, self.types.member(base, name)
             entry = self.scopes.find(base.name, scope.space)
             if entry is None:  # of a symbol file
                 return True, None
         return False, None
-
-    def missing_base(self, entry: DeclaredUnit | None) -> MissingUse | None:
-        """Return the base of a block, or of its bases, that nothing declares."""
-        seen: set[int] = set()
-        while entry is not None and id(entry) not in seen:
-            seen.add(id(entry))
-            base = next(iter(bases_of(entry.tree)), None)
-            if base is None:
-                return None
-            if self.is_missing(base, self.scopes.scope(entry)):
-                return self.use(base)
-            entry = self.scopes.find(base.name, entry.space)
-        return None
 
     def _member(self, of: Expression, name: str, scope: Scope, whole: Sense) -> Sense:
         if isinstance(whole, MissingUse) and isinstance(of, Call):
@@ -296,24 +187,24 @@ class Meanings:
         if isinstance(whole, MissingUse) and whole.is_part:
             if whole.block is not None and whole.block.kind is RecordKind.FUNCTION_BLOCK:
                 spec = NamedType(whole.type)
-                if self.is_missing(spec, scope):
-                    part = self._missing_member(spec, name)
+                if self.types.is_missing(spec, scope):
+                    part = self.types.member(spec, name)
                     if whole.owner is not None and not part.is_part:
                         whole.owner.is_required = True  # it holds the block that is declared
                     return part
             if whole.block is not None:
                 return part_of(whole.block, name)
             spec = NamedType(whole.type)
-            is_named = whole.is_interface and self.is_missing(spec, scope)
-            return self._missing_member(spec, name) if is_named else None
+            is_named = whole.is_interface and self.types.is_missing(spec, scope)
+            return self.types.member(spec, name) if is_named else None
         if isinstance(whole, MissingUse):
-            if self.types.get(whole.name.lower()) is whole:
+            if self.types.uses.get(whole.name.lower()) is whole:
                 whole.values.setdefault(name.lower(), name)
                 return None
             if whole.type and not whole.is_part and not whole.members and whole.is_sure:
                 spec = NamedType(whole.type)
                 key = whole.type.lower()
-                if key in self.types or self.scopes.find(whole.type, "") is not None:
+                if key in self.types.uses or self.scopes.find(whole.type, "") is not None:
                     whole.is_written = True  # parts show a variable
                     return self.member_of((spec, scope), name)
             if isinstance(of, Name) and self.names.get(of.name.lower()) is whole:
@@ -350,8 +241,8 @@ class Meanings:
             return None
         if not isinstance(spec, NamedType):
             return None
-        if self.is_missing(spec, scope):
-            return self._missing_member(spec, name)
+        if self.types.is_missing(spec, scope):
+            return self.types.member(spec, name)
         entry = self.scopes.find(spec.name, scope.space)
         seen: set[int] = set()
         while entry is not None and id(entry) not in seen:
@@ -370,55 +261,14 @@ class Meanings:
                 base = alias if isinstance(alias, NamedType) else base
             if base is None:
                 return None
-            if self.is_missing(base, inside):
-                return self._missing_member(base, name)
+            if self.types.is_missing(base, inside):
+                return self.types.member(base, name)
             entry = self.scopes.find(base.name, inside.space)
         return None
 
-    def _missing_member(self, spec: NamedType, name: str) -> MissingUse:
-        """Return a part of a missing type; one that a symbol file has is known by its type
-        alone."""
-        use = self.use(spec)
-        part = None if use.block is None else part_of(use.block, name)
-        if part is not None:
-            part.owner = use
-            return part
-        member = use.member(name)
-        self._sign(member, use.signature)
-        return member
-
-    def _sign(self, member: MissingUse, signature: BlockSignature | None) -> None:
-        """Note the type of a property, or the result of a method, by a signature or its bases."""
-        key = member.name.lower()
-        seen: set[str] = set()
-        while signature is not None:
-            if item := signature.properties.get(key):
-                member.type = item.type
-            if method := signature.methods.get(key):
-                member.method = method
-                member.result = self._part(member.name, method.returns)
-            if member.type or member.result or signature.extends in seen:
-                return
-            seen.add(signature.extends)
-            signature = self._names.predefined.signature(signature.extends)
-
-    def _part(self, name: str, text: str) -> MissingUse:
-        """Return a value whose type a symbol file has, as text."""
-        type = None
-        if _IDENTIFIER.fullmatch(text):
-            type = self._names.predefined.find(text, 0)
-        inner = None if type is None else resolved(type)
-        return MissingUse(
-            name,
-            text,
-            block=inner if isinstance(inner, StructType) else None,
-            is_part=True,
-            is_interface=isinstance(inner, InterfaceType),
-        )
-
     def _index(self, whole: Sense, indices: Sequence[Expression]) -> Sense:
         if isinstance(whole, tuple):
-            type = self.type_use(whole)
+            type = self.types.use_at(whole)
             if type is None or type.block is not None or type.is_opaque:
                 return self.element(whole)
             whole = type
@@ -440,7 +290,7 @@ class Meanings:
         sense = self.of(tree, scope)
         if isinstance(sense, MissingUse):
             return sense.space
-        return self.types.get(tree.of.name.lower())
+        return self.types.uses.get(tree.of.name.lower())
 
     def element(self, whole: tuple[TypeSpec, Scope]) -> tuple[TypeSpec, Scope] | None:
         spec, scope = whole
@@ -467,15 +317,6 @@ class Meanings:
             callee.is_called = True
             return callee.result or callee
         return callee
-
-    def type_use(self, at: tuple[TypeSpec, Scope]) -> MissingUse | None:
-        """Return the missing type that a variable is of, if it is."""
-        spec, scope = at
-        if isinstance(spec, ReferenceTo):
-            return self.type_use((spec.target, scope))
-        if isinstance(spec, NamedType) and self.is_missing(spec, scope):
-            return self.use(spec)
-        return None
 
     def _part_type(self, part: Part, scope: Scope) -> tuple[TypeSpec, Scope] | None:
         """Return the type of a property, or of what a method returns."""
@@ -513,49 +354,3 @@ class Meanings:
             bases = (self.scopes.find(base.name, inside.space) for base in bases_of(entry.tree))
             waiting += [base for base in bases if base is not None]
         return None
-
-    # texts of types ----------------------------------------------------------------------------
-
-    def spec_text(self, at: tuple[TypeSpec, Scope]) -> str:
-        """Return a type as text that means the same elsewhere; nothing if it cannot."""
-        spec, scope = at
-        if isinstance(spec, ReferenceTo):
-            return self.spec_text((spec.target, scope))
-        if isinstance(spec, StringOf) and (spec.length is None or isinstance(spec.length, Literal)):
-            return print_type(spec)
-        if isinstance(spec, PointerTo) and (inner := self.spec_text((spec.target, scope))):
-            return f"POINTER TO {inner}"
-        if isinstance(spec, NamedType) and not spec.generics:
-            return spec.name.rpartition(".")[2] if self.is_missing(spec, scope) else spec.name
-        if isinstance(spec, ArrayOf) and (inner := self.spec_text((spec.element, scope))):
-            if inner.startswith("ARRAY [*"):
-                return ""
-            is_known = all(is_plain(one, self.scopes) for one in spec.dimensions)
-            bounds = spec.dimensions if is_known else (None,) * len(spec.dimensions)
-            return print_type(replace(spec, dimensions=bounds, element=NamedType(inner)))
-        return ""
-
-    def text(self, tree: Expression, scope: Scope) -> str:
-        """Return the type of an expression, where it shows."""
-        if isinstance(tree, Literal):
-            return literal_text(tree)
-        if isinstance(tree, Unary):
-            return "BOOL" if tree.operator == "NOT" else self.text(tree.operand, scope)
-        if isinstance(tree, Binary):
-            if tree.operator in _COMPARING:
-                return "BOOL"
-            for _ in range(_LONG_SUM):
-                if text := self.text(tree.right, scope):
-                    return text
-                if not isinstance(tree.left, Binary):
-                    break
-                tree = tree.left
-            left = "" if isinstance(tree.left, Binary) else self.text(tree.left, scope)
-            return left or ("BOOL" if tree.operator.upper() in TRUTHS else "")
-        callee = tree.of if isinstance(tree, Call) else None
-        if isinstance(callee, Name) and (result := result_text(callee.name)):
-            return result
-        sense = self.of(tree, scope)
-        if isinstance(sense, tuple):
-            return self.spec_text(sense)
-        return sense.type if isinstance(sense, MissingUse) else ""

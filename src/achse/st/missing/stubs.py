@@ -83,7 +83,7 @@ class _Writer:
     def __init__(self, missing: MissingNames) -> None:
         meanings = missing.meanings
         self._root = _ROOT if missing.declares(_ROOT) else ""
-        self._types = meanings.types
+        self._types = meanings.types.uses
         self._blocks = missing.blocks
         self._names = meanings.names
         self._lists = meanings.lists

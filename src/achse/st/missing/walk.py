@@ -3,7 +3,7 @@
 Source: IEC 61131-3 (2013) table 19 (calls), 11 (types): what uses say of a declaration.
 """
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from typing import Any
 
 from achse.st.declared.resolve import Resolver
@@ -11,7 +11,7 @@ from achse.st.declared.scopes import DeclaredUnit, Scope
 from achse.st.graphical.body import GraphicalBody
 from achse.st.missing.calls import note_method_call, note_standard_call, note_value
 from achse.st.missing.joined import join_uses
-from achse.st.missing.meanings import TRUTHS, Meanings, Sense
+from achse.st.missing.meanings import Meanings, Sense
 from achse.st.missing.required import require_bases
 from achse.st.missing.trees import (
     bases_of,
@@ -22,6 +22,7 @@ from achse.st.missing.trees import (
     parameters_of,
     part_of,
 )
+from achse.st.missing.type_texts import LOGICAL, expression_text, spec_text
 from achse.st.missing.uses import MissingUse
 from achse.st.syntax.tree import (
     NO_NOTE,
@@ -99,7 +100,7 @@ class MissingNames:
             for entry in own:
                 self.meanings.this = entry
                 self._in_unit(entry)
-            if not join_uses(self.meanings.types, self.meanings.names, self.declares):
+            if not join_uses(self.meanings.types.uses, self.meanings.names, self.declares):
                 break
         for entry in own:
             self._overrides(entry)
@@ -107,8 +108,8 @@ class MissingNames:
         for key in [key for key, use in uses.items() if use.is_space and not use.members]:
             del uses[key]
         if own:
-            require_bases(self.meanings, self._scopes.scope(own[0]))
-        types = self.meanings.types
+            require_bases(self.meanings.types, self._scopes.scope(own[0]))
+        types = self.meanings.types.uses
         for key in [key for key, use in types.items() if not use.is_needed]:
             del types[key]
 
@@ -124,13 +125,13 @@ class MissingNames:
         scope = self._scopes.scope(entry)
         for extended in bases_of(tree):
             if self._noted(extended, scope):
-                use = self.meanings.use(extended)
+                use = self.meanings.types.use(extended)
                 use.is_block |= isinstance(tree, FunctionBlock)
                 use.is_structure |= isinstance(tree, TypeDeclaration)
                 use.is_interface |= isinstance(tree, Interface)
         for interface in getattr(tree, "implements", ()):
             if self._noted(interface, scope):
-                self.meanings.use(interface).is_interface = True
+                self.meanings.types.use(interface).is_interface = True
         if isinstance(tree, TypeDeclaration):
             self._in_spec(tree.type, scope)
         for block, returns in blocks_and_results(tree):
@@ -140,9 +141,9 @@ class MissingNames:
                 self._in_spec(declaration.type, scope)
 
     def _noted(self, spec: NamedType, scope: Scope) -> bool:
-        if not self.meanings.is_missing(spec, scope):
+        if not self.meanings.types.is_missing(spec, scope):
             return False
-        use = self.meanings.use(spec)
+        use = self.meanings.types.use(spec)
         use.generics = max(use.generics, len(spec.generics))
         if use.block is None and not use.is_opaque:
             self.places.append((scope, spec))
@@ -187,8 +188,8 @@ class MissingNames:
 
     def _overrides(self, entry: DeclaredUnit) -> None:
         """Methods of a block whose base or interface is missing: calls show less of them."""
-        interfaces = list(self._missing_interfaces(entry))
-        base = self.meanings.missing_base(entry)
+        interfaces = list(self.meanings.types.interfaces_of(entry))
+        base = self.meanings.types.base_of(entry)
         own = {part.name.lower(): part for part in getattr(entry.tree, "parts", ())}
         for use in [*interfaces, *([base] if base else [])]:
             for name, known in use.members.items():
@@ -199,22 +200,6 @@ class MissingNames:
             for name, known in use.members.items():
                 if known.is_called and name not in own and base is not None:
                     base.members.setdefault(name, known)  # what the block lacks, its base has
-
-    def _missing_interfaces(self, entry: DeclaredUnit) -> Iterator[MissingUse]:
-        """Return the interfaces of a block that are missing, those behind declared ones too."""
-        scope = self._scopes.scope(entry)
-        waiting = [(scope, one) for one in getattr(entry.tree, "implements", ())]
-        seen: set[int] = set()
-        while waiting:
-            scope, one = waiting.pop()
-            if self.meanings.is_missing(one, scope):
-                yield self.meanings.use(one)
-                continue
-            unit = self._scopes.find(one.name, scope.space)
-            if unit is not None and id(unit) not in seen:
-                seen.add(id(unit))
-                inside = self._scopes.scope(unit)
-                waiting += [(inside, base) for base in bases_of(unit.tree)]
 
     def _in_part(
         self, tree: Method | Accessor, name: str, returns: TypeSpec | None, scope: Scope
@@ -265,7 +250,7 @@ class MissingNames:
     def _in_arguments_of(
         self, declaration: Declaration, at: tuple[TypeSpec, Scope], scope: Scope
     ) -> None:
-        use = self.meanings.type_use(at) or self._base_to_begin(at)
+        use = self.meanings.types.use_at(at) or self.meanings.types.base_with_init(self._callee(at))
         arguments = declaration.arguments
         if isinstance(arguments, ArrayInitial):
             return
@@ -277,28 +262,10 @@ class MissingNames:
                 use.is_block = True
                 name = argument.name or f"argument{number}"
                 one = use.initials.setdefault(name.lower(), MissingUse(name))
-                one.note_type(self.meanings.text(argument.value, scope))
-
-    def _base_to_begin(self, at: tuple[TypeSpec, Scope]) -> MissingUse | None:
-        """Return the missing base of a block, whose FB_init takes the arguments of a
-        declaration."""
-        entry = self._callee(at)
-        seen: set[int] = set()
-        while entry is not None and id(entry) not in seen:
-            seen.add(id(entry))
-            if any(part.name.lower() == "fb_init" for part in getattr(entry.tree, "parts", ())):
-                return None
-            base = next(iter(bases_of(entry.tree)), None)
-            if base is None or not isinstance(entry.tree, FunctionBlock):
-                return None
-            scope = self._scopes.scope(entry)
-            if self.meanings.is_missing(base, scope):
-                return self.meanings.use(base)
-            entry = self._scopes.find(base.name, scope.space)
-        return None
+                one.note_type(expression_text(self.meanings, argument.value, scope))
 
     def _in_initial(self, tree: Any, at: tuple[TypeSpec, Scope] | None, scope: Scope) -> None:
-        use = None if at is None else self.meanings.type_use(at)
+        use = None if at is None else self.meanings.types.use_at(at)
         if isinstance(tree, StructInitial):
             for item in tree.members:
                 self._in_member(item, use, at, scope)
@@ -311,18 +278,18 @@ class MissingNames:
                     self._in_initial(inner, element, scope)
         elif isinstance(tree, Expression):
             self._in_expression(tree, scope)
-            text = self.meanings.text(tree, scope)
+            text = expression_text(self.meanings, tree, scope)
             if use is not None and self._is_block(text):
                 use.is_interface = True
             elif use is not None:
                 use.note_type(text)
                 self._value_of(tree, use, scope)
             elif at is not None:
-                self._note_use(self.meanings.of(tree, scope), self.meanings.spec_text(at))
+                self._note_use(self.meanings.of(tree, scope), spec_text(self.meanings, at))
 
     def _is_block(self, type: str) -> bool:
         """Return True for the name of a function block, declared or missing."""
-        use = self.meanings.types.get(type.lower())
+        use = self.meanings.types.uses.get(type.lower())
         return type.lower() in self.blocks or (use is not None and use.is_block)
 
     def _in_member(
@@ -337,7 +304,7 @@ class MissingNames:
             member = use.member(item.name)
             member.is_written = True
             if isinstance(item.value, Expression):
-                self._note_use(member, self.meanings.text(item.value, scope))
+                self._note_use(member, expression_text(self.meanings, item.value, scope))
                 self._alike(member, item.value, scope)
             elif isinstance(item.value, ArrayInitial):
                 self._note_elements(member, item.value, scope)
@@ -346,7 +313,7 @@ class MissingNames:
         sense = None if at is None else self.meanings.member_of(at, item.name)
         if isinstance(sense, MissingUse) and isinstance(item.value, Expression):
             sense.is_written = True  # of a missing base
-            sense.note_type(self.meanings.text(item.value, scope))
+            sense.note_type(expression_text(self.meanings, item.value, scope))
         self._in_initial(item.value, sense if isinstance(sense, tuple) else None, scope)
 
     def _note_elements(self, use: MissingUse, tree: ArrayInitial, scope: Scope) -> None:
@@ -356,7 +323,7 @@ class MissingNames:
         for value in tree.values:
             for one in getattr(value, "values", (value,)):
                 if isinstance(one, Expression):
-                    use.element.note_type(self.meanings.text(one, scope))
+                    use.element.note_type(expression_text(self.meanings, one, scope))
 
     def _alike(self, use: MissingUse, tree: Expression, scope: Scope) -> None:
         sense = self.meanings.of(tree, scope)
@@ -393,7 +360,8 @@ class MissingNames:
             self._note_use(self.meanings.of(tree.condition, scope), "BOOL")
         elif isinstance(tree, For):
             self._note_use(
-                self.meanings.of(tree.last, scope), self.meanings.text(tree.variable, scope)
+                self.meanings.of(tree.last, scope),
+                expression_text(self.meanings, tree.variable, scope),
             )
         elif isinstance(tree, Case):
             labels = [label for choice in tree.choices for label in choice.labels]
@@ -444,11 +412,11 @@ class MissingNames:
                 use.first = int(bounds.low.text) if bounds.low.text.isdecimal() else 0
 
     def _binary(self, tree: Binary, scope: Scope) -> None:
-        if tree.operator.upper() in TRUTHS:
+        if tree.operator.upper() in LOGICAL:
             for side in (tree.left, tree.right):
                 sense = self.meanings.of(side, scope)
                 other = tree.right if side is tree.left else tree.left
-                self._note_use(sense, self.meanings.text(other, scope) or "BOOL")
+                self._note_use(sense, expression_text(self.meanings, other, scope) or "BOOL")
             return
         self._compared(tree.left, tree.right, scope)
         if tree.operator in _NUMBERS:
@@ -463,10 +431,10 @@ class MissingNames:
                 note_value(self.meanings, sense, other, scope)
             if not isinstance(sense, MissingUse):
                 continue
-            sense.note_type(self.meanings.text(other, scope))
+            sense.note_type(expression_text(self.meanings, other, scope))
             self._alike(sense, other, scope)
             seen = self.meanings.of(other, scope)
-            if isinstance(seen, tuple) and (use := self.meanings.type_use(seen)) is not None:
+            if isinstance(seen, tuple) and (use := self.meanings.types.use_at(seen)) is not None:
                 self._value_of(one, use, scope)
 
     def _call(self, tree: Call, scope: Scope) -> None:
@@ -481,7 +449,7 @@ class MissingNames:
         if method is not None:
             note_method_call(self.meanings, *method, tree, scope)
             return
-        use = self.meanings.type_use(sense) if isinstance(sense, tuple) else sense
+        use = self.meanings.types.use_at(sense) if isinstance(sense, tuple) else sense
         if isinstance(use, MissingUse):
             use.is_called = True
             if isinstance(sense, tuple):
@@ -503,20 +471,22 @@ class MissingNames:
         inputs = parameters_of(callee.tree)
         for place, argument in enumerate(tree.arguments):
             if argument.value is not None and not argument.name and place < len(inputs):
-                text = self.meanings.spec_text((inputs[place], inside))
+                text = spec_text(self.meanings, (inputs[place], inside))
                 self._note_use(self.meanings.of(argument.value, scope), text)
             if argument.value is None or not argument.name:
                 continue
             declared = self._scopes.own(argument.name.lower(), inside)
             if declared is not None:
-                text = self.meanings.spec_text((declared[1][1].type, declared[0]))
+                text = spec_text(self.meanings, (declared[1][1].type, declared[0]))
                 self._note_use(self.meanings.of(argument.value, scope), text)
-            elif (base := self.meanings.missing_base(callee)) is not None:
+            elif (base := self.meanings.types.base_of(callee)) is not None:
                 base.is_block = True
                 self._argument(base, 0, argument, scope)
 
     def _argument(self, use: MissingUse, place: int, argument: Argument, scope: Scope) -> None:
-        text = "" if argument.value is None else self.meanings.text(argument.value, scope)
+        text = (
+            "" if argument.value is None else expression_text(self.meanings, argument.value, scope)
+        )
         if argument.name:
             named = use.outputs if argument.is_output else use.inputs
             one = named.setdefault(argument.name.lower(), MissingUse(argument.name))
