@@ -16,7 +16,7 @@ from achse.st.check.contracts import Contracts
 from achse.st.check.reached import FAULTY
 from achse.st.check.signatures import Signature
 from achse.st.declared.resolve import Resolver
-from achse.st.declared.scopes import DeclaredUnit, Failed, parts_of_instance
+from achse.st.declared.scopes import DeclaredUnit, Failed, is_instance_of_any
 from achse.st.lexis.codes import Code
 from achse.st.lexis.collection import collection_paused
 from achse.st.lexis.source import Diagnostic, Source
@@ -161,7 +161,9 @@ class WarmChecking(Checking):
         """Forget all about units but some routines; return the nodes that are gone."""
         self._known_faults = len(self.names.scopes.faults)
         remaining = {routine.key for routine in kept}
-        dropped = {key for key in self.nodes if _is_among(self._owner_of(key), units)} - remaining
+        dropped = {
+            key for key in self.nodes if is_instance_of_any(self._owner_of(key), units)
+        } - remaining
         for key in dropped:
             del self.nodes[key]
             self._pending_names.discard(key)
@@ -172,10 +174,10 @@ class WarmChecking(Checking):
         self.nodes[_ROOT].needs -= dropped
         tables: tuple[dict[str, Any], ...] = (self._units, self._records, self._blocks)
         for table in tables:
-            for key in [key for key in table if _is_among(key, units)]:
+            for key in [key for key in table if is_instance_of_any(key, units)]:
                 del table[key]
         self._requested_records = {
-            key for key in self._requested_records if not _is_among(key, units)
+            key for key in self._requested_records if not is_instance_of_any(key, units)
         }
         self._functions = {
             k: found for k, found in self._functions.items() if _last(k) not in words
@@ -185,9 +187,9 @@ class WarmChecking(Checking):
         }
         self._pointers.clear()
         self.blocks = Blocks(self.names)
-        self.routines.forget(lambda entry: _is_among(entry.name.lower(), units))
+        self.routines.forget(lambda entry: is_instance_of_any(entry.name.lower(), units))
         self.routines.outdate(kept)
-        self.life.forget(lambda key: _is_among(key.rpartition(".")[0], units))
+        self.life.forget(lambda key: is_instance_of_any(key.rpartition(".")[0], units))
         return dropped
 
     def _owner_of(self, key: str) -> str:
@@ -345,13 +347,6 @@ def _keys_of(entry: DeclaredUnit, part: Part) -> list[str]:
         return [f"{entry.name}.{part.name}".lower()]
     kinds = [kind for kind, one in (("get", part.get), ("set", part.set)) if one is not None]
     return [f"{entry.name}.__{kind}{part.name}".lower() for kind in kinds]
-
-
-def _is_among(key: str, units: Collection[str]) -> bool:
-    """Return True if one of these units, or a generic one with its constants, has a key."""
-    if "<" not in key:
-        return key in units
-    return any(part in units for part in parts_of_instance(key))
 
 
 def _last(key: str) -> str:

@@ -36,7 +36,7 @@ from achse.st.declared.scopes import (
     References,
     Scope,
     Scopes,
-    parts_of_instance,
+    is_instance_of_any,
 )
 from achse.st.lexis.codes import Code
 from achse.st.lexis.source import Source
@@ -485,9 +485,7 @@ class Resolver:
             key: type for key, type in self._type_by_name.items() if is_current(key[0])
         }
         self._instances = {
-            key: one
-            for key, one in self._instances.items()
-            if not any(part in units for part in parts_of_instance(key))
+            key: one for key, one in self._instances.items() if not is_instance_of_any(key, units)
         }
         self._arrays = {key: type for key, type in self._arrays.items() if is_current(type.name)}
         self._inner = {key: type for key, type in self._inner.items() if is_current(key[1])}

@@ -151,10 +151,15 @@ def with_bases(scope: Scope) -> Iterator[Scope]:
         here = here.base
 
 
-def parts_of_instance(key: str) -> list[str]:
-    """Return the names in the key of a block: of a generic one with its constants, of a base with
-    the block that it is laid out for."""
-    return [key] if "<" not in key else re.split("[<>,]", key)
+def is_instance_of_any(key: str, units: Container[str]) -> bool:
+    """Return True if the key of a block names one of these units, in lower case.
+
+    The key of a generic block has its constants too, that of a base the block that it is laid out
+    for.
+    """
+    if "<" not in key:
+        return key in units
+    return any(name in units for name in re.split("[<>,]", key))
 
 
 def _by_space(libraries: Mapping[str, Sequence[str]]) -> dict[str, str]:
@@ -197,7 +202,7 @@ class Scopes:
         self._scopes = {
             entry: scope
             for entry, scope in self._scopes.items()
-            if not any(part in units for part in parts_of_instance(entry.name.lower()))
+            if not is_instance_of_any(entry.name.lower(), units)
         }
         self.faults, self.entries, self.height = {}, {}, 0
         self.globals, self.loose_values, self.list_properties = {}, {}, {}

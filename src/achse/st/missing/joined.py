@@ -28,7 +28,7 @@ def join_uses(
             continue
         group = list(_group(use))
         done.update(map(id, group))
-        is_new |= _settle(group, types, owners, is_declared)
+        is_new |= _join(group, types, owners, is_declared)
     return is_new
 
 
@@ -65,47 +65,67 @@ def _group(use: MissingUse) -> Iterator[MissingUse]:
         waiting += new
 
 
-def _settle(
+def _join(
     group: list[MissingUse],
     types: Mapping[str, MissingUse],
     owners: Mapping[int, tuple[MissingUse, str]],
     is_declared: Callable[[str], bool],
 ) -> bool:
-    parted = [one for one in group if one.members and not _is_callable(one)]
-    named = next((one.type for one in group if one.type.lower() in types), "")
-    if parted and named:
-        target = types[named.lower()]
-        for one in parted:
-            if one is not target:
-                _take(target, one)
-                one.members, one.is_written = {}, True
-                one.note_type(named)
+    """Give the uses of a group one type; return True if that is new."""
+    structures = [one for one in group if one.members and not _is_callable(one)]
+    if structures and _name_type(group, structures, types, is_declared):
         return True
-    declared = next((one.type for one in group if one.type and is_declared(one.type)), "")
-    if parted and declared:
-        for one in parted:
-            one.members, one.is_written = {}, True
-            one.note_type(declared)
-        return True
-    is_new = False
-    if len(parted) > 1:
-        first = parted[0]
-        is_new = any(one.members is not first.members for one in parted)
-        for one in parted[1:]:
-            if one.members is not first.members:
-                _take(first, one)
-                one.members = first.members
-    if parted and len(group) > 1:
-        owner = parted[0].kind or owners.get(id(parted[0]), (None, ""))[1]
-        for one in group:
-            if not _is_callable(one) and not one.type and owner and one.kind != owner:
-                one.kind, one.members = owner, parted[0].members
-                is_new = True
-    _settle_arrays(group)
+    is_new = _share_members(structures)
+    if structures and len(group) > 1:
+        name = structures[0].kind or owners.get(id(structures[0]), (None, ""))[1]
+        is_new |= _declare_type(group, structures[0], name)
+    _join_arrays(group)
     return _spread(group) or is_new
 
 
-def _settle_arrays(group: list[MissingUse]) -> None:
+def _name_type(
+    group: list[MissingUse],
+    structures: list[MissingUse],
+    types: Mapping[str, MissingUse],
+    is_declared: Callable[[str], bool],
+) -> bool:
+    """Give structures the type that a use of their group names, which then has their members.
+
+    Return False if no use names a missing or a declared type.
+    """
+    missing = next((one.type for one in group if one.type.lower() in types), "")
+    name = missing or next((one.type for one in group if one.type and is_declared(one.type)), "")
+    target = types[missing.lower()] if missing else None
+    for one in structures if name else ():
+        if one is target:
+            continue
+        if target is not None:
+            _add_members(target, one)
+        one.members, one.is_written = {}, True
+        one.note_type(name)
+    return bool(name)
+
+
+def _share_members(structures: list[MissingUse]) -> bool:
+    """Let all structures of a group have the members of the first; return True if one did not."""
+    is_new = False
+    for one in structures[1:]:
+        if one.members is not structures[0].members:
+            _add_members(structures[0], one)
+            one.members, is_new = structures[0].members, True
+    return is_new
+
+
+def _declare_type(group: list[MissingUse], structure: MissingUse, name: str) -> bool:
+    """Let uses without a type have the structure, as a type of this name."""
+    is_new = False
+    for one in group:
+        if not _is_callable(one) and not one.type and name and one.kind != name:
+            one.kind, one.members, is_new = name, structure.members, True
+    return is_new
+
+
+def _join_arrays(group: list[MissingUse]) -> None:
     """Give arrays of one type the same bounds, and their elements one type."""
     arrays = [one for one in group if one.element is not None]
     elements = [one.element for one in group if one.element is not None]
@@ -134,7 +154,7 @@ def _is_callable(use: MissingUse) -> bool:
     return bool(use.inputs or use.outputs or use.arguments) and not use.is_method
 
 
-def _take(target: MissingUse, other: MissingUse) -> None:
+def _add_members(target: MissingUse, other: MissingUse) -> None:
     """Add what is known of one use to another: the same type."""
     for key, part in list(other.members.items()):
         mine = target.members.setdefault(key, part)
@@ -156,4 +176,4 @@ def _take(target: MissingUse, other: MissingUse) -> None:
             mine.arguments = part.arguments
         mine.peers.append(part)
         if part.members:
-            _take(mine, part)
+            _add_members(mine, part)
