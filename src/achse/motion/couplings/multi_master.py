@@ -18,13 +18,11 @@ from achse.motion.couplings.masters import (
 from achse.motion.profiles.profile import plan_to_velocity
 from achse.motion.profiles.segments import segment_acceleration, segment_position, segment_velocity
 from achse.motion.record import AxisFields
+from achse.motion.rounding import JUST_ABOVE
 from achse.motion.rows import NcRows
 
 MOST = 1e6
 """Largest ratio; a larger one, or one that is not a number, changes nothing."""
-
-_MORE = 1.0 + 1e-9
-"""Relative rounding by which limits may be exceeded."""
 
 
 def _ratio(ax: AxisFields, place: int) -> float:
@@ -67,7 +65,7 @@ def _bend(ax: AxisFields, goal: float, dt: float) -> int:
     aim = goal if v * goal >= 0.0 else 0.0
     change = aim - v
     limit = _limit(ax, v, change)
-    if abs(change) <= limit * dt * _MORE:
+    if abs(change) <= limit * dt * JUST_ABOVE:
         bending = abs(change) / limit
         ax.set.position += 0.5 * (v + aim) * bending + aim * (dt - bending)
         ax.set.velocity = aim
@@ -141,9 +139,9 @@ def step(ax: AxisFields, rows: NcRows, dt: float) -> None:
         goal = most if goal > 0.0 else -most
         ax.coupling.in_gear = 0
     change = goal - ax.set.velocity
-    if abs(change) > _limit(ax, ax.set.velocity, change) * dt * _MORE:
+    if abs(change) > _limit(ax, ax.set.velocity, change) * dt * JUST_ABOVE:
         ax.coupling.in_gear = 0
-    if ax.coupling.jerk > 0.0 and abs(a - ax.set.acceleration) > ax.coupling.jerk * dt * _MORE:
+    if ax.coupling.jerk > 0.0 and abs(a - ax.set.acceleration) > ax.coupling.jerk * dt * JUST_ABOVE:
         ax.coupling.in_gear = 0
     if ax.coupling.in_gear:
         ax.set.position = ax.coupling.slave_base + way

@@ -10,6 +10,7 @@ Kernel source: compiled as it stands, see `achse.motion.compiled`.
 from achse.codes import NcError
 from achse.codes.nc.choices import MotionPhase
 from achse.motion.record import AxisFields
+from achse.motion.rounding import EXTERNAL_MARGIN
 from achse.motion.setpoints.dynamics import drop_foreign, fastest, run_out
 from achse.motion.setpoints.limits import TOLERANCE
 from achse.motion.setpoints.setpoint import displace, fail, generate
@@ -17,8 +18,6 @@ from achse.motion.setpoints.setpoint import displace, fail, generate
 _LARGEST = 1e30
 """Numbers beyond are none."""
 
-_ROUNDED = 1.0 + 1e-6
-"""Factor by which a limit may be passed, for the rounding of the source."""
 
 _INCONSISTENT = 1e-3
 """Velocities that differ by a smaller part of themselves are equal."""
@@ -61,10 +60,10 @@ def _fault(ax: AxisFields, way: float, dt: float) -> int:
         and abs(ax.external_set.jerk) <= _LARGEST
     ):
         return NcError.EXTERNAL_SETPOINT_DATA
-    limit = fastest(ax) * _ROUNDED
+    limit = fastest(ax) * EXTERNAL_MARGIN
     if abs(way) > limit * dt + ax.encoder.scaling_factor or abs(ax.external_set.velocity) > limit:
         return NcError.SET_VELOCITY_TOO_HIGH
-    if abs(ax.external_set.acceleration) > ax.max_acceleration * _ROUNDED:
+    if abs(ax.external_set.acceleration) > ax.max_acceleration * EXTERNAL_MARGIN:
         return NcError.SET_ACCELERATION_TOO_HIGH
     if way > 0.0 and ax.set.position + way > ax.limits.high + TOLERANCE:  # whatever velocity is fed
         return NcError.SOFT_LIMIT_MAX_PASSED
@@ -124,7 +123,7 @@ def step(ax: AxisFields, dt: float) -> None:
     generate(ax, dt)
     if ax.output_cut:  # such a profile cannot be
         return
-    if abs(run_out(ax) + ax.external_set.velocity) > fastest(ax) * _ROUNDED:
+    if abs(run_out(ax) + ax.external_set.velocity) > fastest(ax) * EXTERNAL_MARGIN:
         ax.set.position = position
         ax.set.velocity = velocity
         ax.set.acceleration = acceleration

@@ -9,6 +9,7 @@ Kernel source: compiled as it stands, see `achse.motion.compiled`.
 
 from achse.codes import NcError
 from achse.motion.record import AxisFields
+from achse.motion.rounding import EXTERNAL_MARGIN
 from achse.motion.setpoints.dynamics import drop_foreign, fastest
 from achse.motion.setpoints.limits import TOLERANCE
 from achse.motion.setpoints.setpoint import fail, generate
@@ -17,15 +18,12 @@ from achse.native.declare import assign
 _LARGEST = 1e30
 """Numbers beyond are none."""
 
-_ROUNDED = 1.0 + 1e-6
-"""Factor by which a limit may be passed, for the rounding of the group."""
-
 
 def _fault(ax: AxisFields, way: float, dt: float) -> int:
     """Return the error that keeps the axis from the set point of its group, 0 for none."""
     if not (abs(way) <= _LARGEST and abs(ax.group_set_point.velocity) <= _LARGEST):
         return NcError.EXTERNAL_SETPOINT_DATA
-    if abs(way) > fastest(ax) * _ROUNDED * dt + ax.encoder.scaling_factor:
+    if abs(way) > fastest(ax) * EXTERNAL_MARGIN * dt + ax.encoder.scaling_factor:
         return NcError.SET_VELOCITY_TOO_HIGH
     if way > 0.0 and ax.group_set_point.position > ax.limits.high + TOLERANCE:
         return NcError.SOFT_LIMIT_MAX_PASSED

@@ -18,8 +18,8 @@ from achse.motion.groups.states import FifoOverrideType, GroupType
 
 Row = tuple[float, ...]
 
-_NEARLY = 1e-9
-"""Of a row; nearer to it counts as there."""
+_TOLERANCE = 1e-9
+"""Distance to a row, in rows, at which the row counts as reached."""
 
 
 class FifoGroup(AxisGroup):
@@ -57,7 +57,7 @@ class FifoGroup(AxisGroup):
         """Rows that are not yet taken."""
         if not self.started:
             return len(self._rows)
-        return self._first + len(self._rows) - 1 - int(self._place + _NEARLY)
+        return self._first + len(self._rows) - 1 - int(self._place + _TOLERANCE)
 
     @property
     def saf_table_size(self) -> int:
@@ -87,8 +87,8 @@ class FifoGroup(AxisGroup):
             return rows
         retained = 0
         if self.started:
-            retained = int(self._place + _NEARLY) - self._first + 1
-            if self._place - int(self._place + _NEARLY) > _NEARLY:
+            retained = int(self._place + _TOLERANCE) - self._first + 1
+            if self._place - int(self._place + _TOLERANCE) > _TOLERANCE:
                 retained += self._interpolation.behind
         retained = min(retained, len(self._rows))
         ahead = self.saf_entry_count - (len(self._rows) - retained)
@@ -171,7 +171,7 @@ class FifoGroup(AxisGroup):
         way = self._ramp(dt) if self.stopping else self._follow_override(dt)
         last = self._first + len(self._rows) - 1
         place = min(self._place + way / self.time_delta, float(last))
-        if abs(place - round(place)) < _NEARLY:
+        if abs(place - round(place)) < _TOLERANCE:
             place = float(round(place))
         self._place = place
         row = self._at(place)

@@ -29,6 +29,7 @@ from achse.motion.path.stop_profile import (
     follow_stop_profile,
     keep_stop_profile,
 )
+from achse.motion.rounding import JUST_ABOVE, RAMP_MARGIN
 
 _SNAP = 1e-8
 """At rest so near a junction, the path is there, mm."""
@@ -40,8 +41,6 @@ _SIMILAR = 0.5
 """Elements are taken together within a cycle if the next allows at least this part."""
 _MOMENT = 1e-9
 """An acceleration that the jerk ends in this time, s, is none."""
-_ROUNDED = 1.0 - 1e-6
-_ABOVE = 1.0 + 1e-9
 _TURNS = 256
 """Changes of the ramp within one cycle; many short segments that each stop need some."""
 
@@ -261,12 +260,12 @@ def _go_up(
             _, _, weak_down, weak_jerk, _ = _local(junctions, state, v, a, reach, False)
         if v + 0.5 * a * abs(a) / weak_jerk >= aim:
             down, jerk, until = weak_down, weak_jerk, ENDLESS
-    if a < 0.0 and (2.0 * v * jerk < _ROUNDED * a * a or a < -down * _ABOVE):
+    if a < 0.0 and (2.0 * v * jerk < RAMP_MARGIN * a * a or a < -down * JUST_ABOVE):
         return x, left  # the brake is let go as the stopping trajectory says
     peak = v
     if a > 0.0 and v + 0.5 * a * a / jerk > aim:
         peak = v + 0.5 * a * a / jerk
-        if peak > junction.cap * _ABOVE:
+        if peak > junction.cap * JUST_ABOVE:
             return x, left
     longest = left
     step, v1, a1 = ramp_after(v, a, aim, up, down, jerk, longest)

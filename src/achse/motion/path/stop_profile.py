@@ -15,6 +15,7 @@ from achse.motion.path.bounds import ENDLESS
 from achse.motion.path.junctions import junction_acceleration, junction_deceleration, junction_jerk
 from achse.motion.path.ramp import ramp_after, ramp_duration, rest_is_nearer, stretch
 from achse.motion.path.record import PathJunction, PathState
+from achse.motion.rounding import JUST_ABOVE, RAMP_MARGIN
 
 NEAR = 1e-9
 """Ways are equal up to this, mm; velocities, mm/s."""
@@ -22,9 +23,6 @@ _SNAP = 1e-8
 """A ramp that ends so near a junction ends there."""
 _MOMENT = 1e-12
 """Times are equal up to this, s."""
-_ABOVE = 1.0 + 1e-9
-"""For rounding."""
-_BELOW = 1.0 - 1e-6
 
 
 def find_stop_profile(
@@ -53,7 +51,7 @@ def find_stop_profile(
         limit = junction.wanted_limit if wanted else junction.limit
         room = junction.at - x
         if room < -NEAR:
-            if top > limit * _ABOVE:
+            if top > limit * JUST_ABOVE:
                 break
             continue
         if not junction.waits:
@@ -64,10 +62,10 @@ def find_stop_profile(
             highest = v + 0.5 * a * a / jerk if a > 0.0 else v
             if cap >= ENDLESS:
                 cap = junction.cap
-            if highest > cap * _ABOVE:
+            if highest > cap * JUST_ABOVE:
                 break
             down = min(down, junction_deceleration(junction, highest))
-        if a < -down * _ABOVE or (a < 0.0 and 2.0 * v * jerk < _BELOW * a * a):
+        if a < -down * JUST_ABOVE or (a < 0.0 and 2.0 * v * jerk < RAMP_MARGIN * a * a):
             break  # the brake is on too strongly for what comes
         room = max(room, 0.0)
         released = v + 0.5 * a * fabs(a) / jerk
@@ -135,7 +133,7 @@ def _passes(
         if highest > limit and stretch(v, a, limit, down, jerk) > room + NEAR:
             return False
         if a > 0.0:
-            if not junction.waits and down > junction_deceleration(junction, highest) * _ABOVE:
+            if not junction.waits and down > junction_deceleration(junction, highest) * JUST_ABOVE:
                 return False
             if _release_way(junctions[k + 1], v, a, jerk) > room + NEAR:
                 return False
@@ -155,7 +153,7 @@ def find_rest(junctions: Sequence[PathJunction], state: PathState) -> float:
         jerk = min(jerk, junction_jerk(junction, junction.cap if a > 0.0 else v))
         highest = v + 0.5 * a * a / jerk if a > 0.0 else v
         down = min(down, junction_deceleration(junction, highest))
-        if a < -down * _ABOVE or (a < 0.0 and 2.0 * v * jerk < _BELOW * a * a):
+        if a < -down * JUST_ABOVE or (a < 0.0 and 2.0 * v * jerk < RAMP_MARGIN * a * a):
             break
         way = stretch(v, a, 0.0, down, jerk)
         if way <= junction.at - x:

@@ -11,12 +11,10 @@ from math import sqrt
 
 from achse.motion.profiles.segments import segment_acceleration, segment_position, segment_velocity
 from achse.motion.record import AxisFields
+from achse.motion.rounding import JUST_BELOW
 
 STEEPEST = 1e12
 """Strongest deceleration and jerk that the planner takes; as a jerk it is not a limit."""
-
-_NEARLY = 1.0 - 1e-9
-"""Of a jerk or acceleration, so that rounding does not make it another one."""
 
 
 def fastest(ax: AxisFields) -> float:
@@ -90,7 +88,7 @@ def shed_foreign(ax: AxisFields, foreign: float) -> None:
     if foreign * v >= 0.0:
         ax.set.acceleration -= foreign
     a = ax.set.acceleration
-    most = _NEARLY * sqrt(2.0 * ax.profile.running_jerk * abs(v))
+    most = JUST_BELOW * sqrt(2.0 * ax.profile.running_jerk * abs(v))
     if a * v < 0.0 and abs(a) > most:
         ax.set.acceleration = most if a > 0.0 else -most
 
@@ -125,7 +123,7 @@ def release(ax: AxisFields, jerk: float) -> float:
     ax.profile.plan_velocity = v
     ax.profile.plan_acceleration = a
     running = ax.profile.running_jerk
-    if a == 0.0 or jerk >= running * _NEARLY:
+    if a == 0.0 or jerk >= running * JUST_BELOW:
         return 0.0
     size = abs(a)
     rest = 0.0
@@ -135,7 +133,7 @@ def release(ax: AxisFields, jerk: float) -> float:
             return 0.0
         left = jerk * (2.0 * running * abs(v) - square) / (running - jerk)
         if left > 0.0:
-            rest = _NEARLY * sqrt(left)
+            rest = JUST_BELOW * sqrt(left)
     time = (size - rest) / running
     if time <= 0.0:
         return 0.0

@@ -29,6 +29,7 @@ from achse.motion.profiles.segments import (
     segment_velocity,
 )
 from achse.motion.record import AxisFields
+from achse.motion.rounding import JUST_ABOVE, JUST_BELOW
 from achse.motion.setpoints.dynamics import (
     STEEPEST,
     fastest,
@@ -47,9 +48,6 @@ TO_PAUSE = 4
 """End of a profile, `MotionProfile.end`."""
 
 _FULL_OVERRIDE = 1_000_000
-
-_NEARLY = 1.0 - 1e-9
-"""Of a velocity that can just be reached, so that rounding does not put it out of reach."""
 
 _HALVINGS = 60
 """Of a row's duration, until the time within it is exact."""
@@ -106,7 +104,7 @@ def _plan_to_border(ax: AxisFields, limit: float, end_velocity: float) -> int:
         way -= sign * stopping_distance(v, a, ax.profile.deceleration, ax.profile.jerk_limit)
         v = 0.0
         a = 0.0
-    reachable = _NEARLY * reachable_velocity(
+    reachable = JUST_BELOW * reachable_velocity(
         sign * way, v, a, ax.job.acceleration, ax.profile.jerk_limit
     )
     if 0.0 < reachable < end_velocity:
@@ -402,7 +400,7 @@ def _braking(ax: AxisFields, deceleration: float, jerk: float) -> int:
     v = ax.set.velocity
     a = ax.set.acceleration
     brake = abs(stopping_distance(v, a, deceleration, jerk))
-    return 1 if way * (1.0 - 1e-9) <= brake <= way * (1.0 + 1e-9) + 1e-9 else 0
+    return 1 if way * JUST_BELOW <= brake <= way * JUST_ABOVE + 1e-9 else 0
 
 
 def follow_override(ax: AxisFields) -> None:

@@ -13,14 +13,12 @@ from math import inf
 
 from achse.codes.nc.choices import MotionPhase
 from achse.motion.record import AxisFields
+from achse.motion.rounding import JUST_ABOVE
 from achse.motion.setpoints.dynamics import run_out
 from achse.motion.setpoints.setpoint import absorb, displace, generate
 
 _APPROACHES = 8
 """Steps by which a way is made shorter until what it adds fits into the room."""
-
-_NEARLY_MORE = 1.0 + 1e-9
-"""Factor on the room that allows for rounding."""
 
 
 def superposed_way(ax: AxisFields, t: float) -> float:
@@ -89,12 +87,12 @@ def _cover(ax: AxisFields, way: float, room: float, dt: float) -> float:
         most = room * dt
         for _ in range(_APPROACHES):
             added = covered - ax.superposed.position
-            if added <= most * _NEARLY_MORE:
+            if added <= most * JUST_ABOVE:
                 break
             ax.superposed.main_way = begin + (ax.superposed.main_way - begin) * most / added
             t = ax.superposed.main_way / process
             covered = superposed_way(ax, t)
-        if covered - ax.superposed.position > most * _NEARLY_MORE:
+        if covered - ax.superposed.position > most * JUST_ABOVE:
             ax.superposed.main_way = begin
             t = begin / process
             covered = ax.superposed.position

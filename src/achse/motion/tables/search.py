@@ -18,7 +18,8 @@ _WORTH_MACHINE_CODE = 1000
 """Rows that the plain way takes some ms for."""
 
 _HALVINGS = 60
-_NEARLY = 1e-9
+_TOLERANCE = 1e-9
+"""Relative difference of two values that counts as none."""
 
 
 class MonotoneCurve(Protocol):
@@ -241,10 +242,10 @@ def _cycles(
 ) -> list[int]:
     """Return the cycle of the start, and the next one in which the value occurs."""
     step = -1 if backwards else 1
-    if abs(curve.stroke) < _NEARLY:
+    if abs(curve.stroke) < _TOLERANCE:
         return [cycle, cycle + step]
     ends = sorted(((value - low) / curve.stroke, (value - high) / curve.stroke))
-    first, last = ceil(ends[0] - _NEARLY), floor(ends[1] + _NEARLY)
+    first, last = ceil(ends[0] - _TOLERANCE), floor(ends[1] + _TOLERANCE)
     following = min(cycle + step, last) if backwards else max(cycle + step, first)
     cycles = [cycle] if first <= cycle <= last else []
     return [*cycles, following, following + step] if first <= following <= last else cycles
@@ -253,7 +254,7 @@ def _cycles(
 def _within(curve: MonotoneCurve, value: float, place: float, backwards: bool) -> float | None:
     """Return the nearest solution of one cycle from a place on."""
     before: float | None = None
-    reach = _NEARLY * max(1.0, abs(value))
+    reach = _TOLERANCE * max(1.0, abs(value))
     for stop in curve.turns(backwards, place, value - 2.0 * reach, value + 2.0 * reach):
         miss = curve.value(stop) - value
         if abs(miss) <= reach:

@@ -18,15 +18,13 @@ from achse.motion.couplings.multi_master import apply_ratios
 from achse.motion.couplings.table import Coupling, count_from_here, law_of
 from achse.motion.fields.coupling import COUPLING_PARAMETERS
 from achse.motion.order import CouplingRing
+from achse.motion.rounding import JUST_BELOW
 from achse.motion.setpoints.jobs import set_request
 from achse.motion.setpoints.setpoint import absorb, begin_job, begin_stop, drop_job, end_homing
 from achse.motion.states import DecouplingType, SlaveType
 
 LARGEST_PARAMETER = 1e6
 """Parameters of couplings are up to this, either sign (002 §6.4.4.3)."""
-
-_NEARLY = 1.0 - 1e-9
-"""Factor on a jerk that allows for rounding."""
 
 
 def couple(
@@ -340,7 +338,7 @@ def _free(slave: Axis) -> None:
     profile = slave.profile
     v, a = slave.set.velocity, slave.set.acceleration
     steep = a * a / abs(v) if a * v < 0.0 else 0.0
-    if profile.abrupt or steep * _NEARLY > 2.0 * profile.running_jerk:
+    if profile.abrupt or steep * JUST_BELOW > 2.0 * profile.running_jerk:
         profile.running_jerk = steep
 
 

@@ -9,6 +9,7 @@ from achse.motion.axis import Axis
 from achse.motion.checks import OK, check_target, check_velocity
 from achse.motion.commands.queue import dynamics, next_number, show_accepted
 from achse.motion.commands.special_generators.generators import begin_generator, check_generator
+from achse.motion.rounding import JUST_ABOVE
 from achse.motion.setpoints.jobs import set_request
 from achse.motion.setpoints.setpoint import begin_job
 
@@ -136,7 +137,7 @@ def start_sine_oscillation(
     if start_type != StartType.ABSOLUTE:
         return NcError.START_TYPE
     cycle = axis.owner.cycle_ns * 1e-9
-    highest = 0.5 / cycle * (1.0 + 1e-9)
+    highest = 0.5 / cycle * JUST_ABOVE
     if not (
         base_amplitude > 0.0
         and 0.0 <= base_frequency <= FASTEST_BASE
