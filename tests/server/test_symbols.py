@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from achse.ams import DeviceError
 from achse.server import ClientLimits, TableSizes
-from achse.server.symbols import SymbolServices, decode_name
+from achse.server.symbols import SymbolServices
 
 # handles ---------------------------------------------------------------------------------------
 
@@ -282,11 +282,6 @@ def test_a_symbol_notification_group_is_for_notifications_only(bench: Any) -> No
     answer = bench.raw(6, struct.pack("<IIIIII16x", 0xF010, handle, 4, 4, 0, 0))
     assert answer == struct.pack("<II", 0, 1)
     assert bench.samples() == [(0, 1, bytes(4))]
-
-
-def test_names_are_cp1252_up_to_the_nul() -> None:
-    assert decode_name(b"GVL.Gr\xf6\xdfe\0junk") == "GVL.Größe"
-    assert decode_name(b"GVL.a\0junk\0more") == "GVL.a"
 
 
 @given(

@@ -14,6 +14,7 @@ from typing import NamedTuple
 
 from achse.ams.address import AmsAddress, NetId
 from achse.ams.errors import DecodeError
+from achse.ams.text import terminated_text
 from achse.codes.ports import SYSTEM_PORT
 
 UDP_PORT = 48899
@@ -113,7 +114,7 @@ class DiscoveryPacket(NamedTuple):
 
     def text(self, number: int) -> str:
         """Tag `number` as text up to its NUL; empty without one."""
-        return _text(self.tag(number) or b"")
+        return terminated_text(self.tag(number) or b"")
 
     def number(self, number: int) -> int | None:
         """Tag `number` as a number of 32 bits; None without one of that size."""
@@ -124,10 +125,6 @@ class DiscoveryPacket(NamedTuple):
         """Return the NetId among the tags; None without a proper one."""
         data = self.tag(Tag.NET_ID)
         return None if data is None or len(data) != 6 else NetId(data)
-
-
-def _text(data: bytes) -> str:
-    return data.partition(b"\0")[0].decode("cp1252", "replace")
 
 
 def _as_text(text: str) -> bytes:

@@ -23,10 +23,3 @@ def to_datetime(filetime: int) -> datetime:
     Raises OverflowError beyond the year 9999.
     """
     return _EPOCH + timedelta(microseconds=filetime // 10)
-
-
-def from_datetime(moment: datetime) -> int:
-    """Return an aware datetime as FILETIME. A naive one raises ValueError."""
-    if moment.tzinfo is None:
-        raise ValueError("a FILETIME needs a datetime with a time zone, got a naive one")
-    return (moment - _EPOCH) // timedelta(microseconds=1) * 10

@@ -13,6 +13,7 @@ from typing import NamedTuple
 from achse.ams import AmsAddress, DeviceError, Frame, TransmissionMode
 from achse.ams.commands import AddNotificationRequest
 from achse.ams.filetime import from_unix_ns
+from achse.ams.text import terminated_text
 from achse.codes import ReturnCode
 from achse.router.rate import Rates
 from achse.server import ClientLimits, Device, IndexGroup, RawGroup, ServiceTable
@@ -71,8 +72,7 @@ class LogMessage(NamedTuple):
 
 
 def _text(data: bytes) -> str:
-    text = data.partition(b"\0")[0].decode("cp1252", "replace")
-    return "".join(sign if sign.isprintable() else " " for sign in text)
+    return "".join(sign if sign.isprintable() else " " for sign in terminated_text(data))
 
 
 class _Chronicler(Device):

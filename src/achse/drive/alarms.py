@@ -23,11 +23,6 @@ class Alarm(Enum):
         member.text = text
         return member
 
-    @property
-    def error_number(self) -> int:
-        """The drive error number: the low byte of the code."""
-        return self.code & 0xFF
-
     @staticmethod
     def of(code: int) -> "Alarm | None":
         """Return the alarm with this 603Fh code, or None if the table has none."""

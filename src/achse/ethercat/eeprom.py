@@ -44,11 +44,6 @@ class Eeprom:
         """True if the checksum of the configuration area is right."""
         return len(self.image) > 14 and self.image[14] == checksum(self.image)
 
-    @property
-    def owned_by_application(self) -> bool:
-        """True if the master gave the EEPROM to the PDI; the master's commands are refused."""
-        return bool(self._memory[Register.EEPROM_CONFIGURATION] & 1)
-
     def command(self, first: int, end: int) -> None:
         """Do what control requests: registers `first` to `end` - 1 have been written."""
         if first >= _ADDRESS or end <= COMMAND:

@@ -7,11 +7,11 @@ from typing import Annotated, Any
 from pydantic import model_validator
 
 from achse.ams import AmsAddress, Command, Frame, NetId
+from achse.ams.text import terminated_text
 from achse.codes import ReservedGroup, code_of
 from achse.faults.fault import CountedFault, FaultError, number, text
 from achse.faults.target import FaultyStation
 from achse.server import Device, ResolvedSymbol
-from achse.server.symbols import decode_name
 
 COMMANDS = {command.name.lower(): command for command in Command}
 """Commands by the names that the field `command` accepts."""
@@ -122,7 +122,7 @@ class _Touch:
             handle = self._symbols.handles.valid.get(offset)
             symbol = None if handle is None else handle.symbol
         elif group == ReservedGroup.SYMBOL_VALUE_BY_NAME:
-            symbol = self._symbols.source.resolve(decode_name(data))
+            symbol = self._symbols.source.resolve(terminated_text(data))
         return (
             symbol is not None
             and symbol.index_group == self._group

@@ -168,9 +168,6 @@ class ArrayType(IecType[list[Any]], Generic[V]):
         """Return an `Array` view of the memory at `offset`."""
         return Array(self, buffer, offset)
 
-    def write(self, buffer: Buffer, offset: int, value: object) -> None:
-        buffer[offset : offset + self.size] = self.encode(value)
-
     def initialise(self, buffer: Buffer, offset: int, value: object) -> None:
         """Encode the elements; the rest of those described in part is as the outer type has it."""
         flat: list[object] = []

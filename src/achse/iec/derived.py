@@ -140,9 +140,6 @@ class OpaqueType(IecType[bytes]):
     def read(self, buffer: Buffer, offset: int) -> bytes:
         return bytes(buffer[offset : offset + self.size])
 
-    def write(self, buffer: Buffer, offset: int, value: object) -> None:
-        buffer[offset : offset + self.size] = self.encode(value)
-
     @property
     def expected(self) -> str:
         return f"{self.size} bytes"
@@ -187,9 +184,6 @@ class PointerType(IecType[int]):
     def read(self, buffer: Buffer, offset: int) -> int:
         address: int = self.codec.unpack_from(buffer, offset)[0]
         return address
-
-    def write(self, buffer: Buffer, offset: int, value: object) -> None:
-        buffer[offset : offset + self.size] = self.encode(value)
 
     @property
     def expected(self) -> str:

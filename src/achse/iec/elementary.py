@@ -53,9 +53,6 @@ class ScalarType(IecType[V]):
         value: V = self.codec.unpack_from(buffer, offset)[0]
         return value
 
-    def write(self, buffer: Buffer, offset: int, value: object) -> None:
-        buffer[offset : offset + self.size] = self.encode(value)
-
 
 class IntegerType(ScalarType[int]):
     """An integer; `low` and `high` are its limits."""

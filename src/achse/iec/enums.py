@@ -84,9 +84,6 @@ class EnumType(IecType[E | int], Generic[E]):
         number: int = self.base.codec.unpack_from(buffer, offset)[0]
         return self._by_number.get(number, number)
 
-    def write(self, buffer: Buffer, offset: int, value: object) -> None:
-        buffer[offset : offset + self.size] = self.encode(value)
-
     @property
     def expected(self) -> str:
         names = list(self.numbers)

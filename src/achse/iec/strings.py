@@ -63,9 +63,6 @@ class StringType(IecType[str]):
     def read(self, buffer: Buffer, offset: int) -> str:
         return self.decode(buffer[offset : offset + self.size])
 
-    def write(self, buffer: Buffer, offset: int, value: object) -> None:
-        buffer[offset : offset + self.size] = self.encode(value)
-
     @property
     def expected(self) -> str:
         return f"a str without NUL of at most {self.length} bytes in {self.coding}"

@@ -14,7 +14,6 @@ from typing import Any, ClassVar, Generic, Self, TypeVar
 from achse.iec.arrays import Array
 from achse.iec.errors import (
     DeclarationError,
-    IecDecodeError,
     IecPathError,
     IecValueError,
     UnboundError,
@@ -298,20 +297,12 @@ class StructType(IecType[R], Generic[R]):
                     f"{self.name}.{member.name}: {error.type_name}", error.expected, error.value
                 ) from None
 
-    def decode(self, data: bytes | Buffer) -> R:
-        if len(data) < self.size:
-            raise IecDecodeError(f"{self.name} has {self.size} bytes, got {len(data)}")
-        return self.read(bytearray(data[: self.size]), 0)
-
     def read(self, buffer: Buffer, offset: int) -> R:
         record = self.record.__new__(self.record)
         bind(record, buffer, offset)
         if self.kind is RecordKind.FUNCTION_BLOCK:
             record.__init__()  # type: ignore[misc]
         return record
-
-    def write(self, buffer: Buffer, offset: int, value: object) -> None:
-        buffer[offset : offset + self.size] = self.encode(value)
 
     @property
     def expected(self) -> str:

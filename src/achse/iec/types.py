@@ -149,7 +149,7 @@ class IecType(Generic[V]):
 
     def write(self, buffer: Buffer, offset: int, value: object) -> None:
         """Put `value` at `offset`, whole or not at all. Raises `IecValueError`."""
-        raise NotImplementedError
+        buffer[offset : offset + self.size] = self.encode(value)
 
     def initialise(self, buffer: Buffer, offset: int, value: object) -> None:
         """Put an initial value over what is said already: parts it leaves out stay as they are."""

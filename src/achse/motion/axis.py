@@ -9,8 +9,7 @@ too, by their names in a configuration (`simulation_load_torque`).
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from achse.codes.nc.choices import MotionPhase
-from achse.motion.control.signals import probe_counts, probe_status
+from achse.motion.control.signals import probe_counts, probe_inputs, probe_status
 from achse.motion.couplings.masters import begin_leading_value, end_coupling, show_coupling
 from achse.motion.features import Feature
 from achse.motion.fields.coupling import MASTERS
@@ -293,10 +292,7 @@ class Axis(View, _Fields):
     def touch_probe_inputs(self) -> int:
         """StateDWord3: the inputs of touch probes 1 and 2 in bits 0 and 1; bit 2, the set torque
         has reached the target of a torque command."""
-        inputs = self.drive.io.state8 & 0b11
-        if self.set_motion_phase == MotionPhase.TORQUE and self.set_torque == self.torque.target:
-            inputs |= 0b100
-        return inputs
+        return probe_inputs(self.record)
 
     @property
     def touch_probe_status(self) -> int:

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from achse.ams import DeviceError, Endpoint
+from achse.ams.text import terminated_text
 from achse.codes import ReservedGroup, ReturnCode
 from achse.server.handles import HandleTable
 from achse.server.limits import ClientLimits
@@ -121,11 +122,6 @@ class SymbolSource(Protocol):
     def type_entry(self, name: str) -> bytes | None:
         """One data type entry, None if unknown."""
         ...
-
-
-def decode_name(data: bytes) -> str:
-    """Return a name as clients send it, with or without NUL (texts are cp1252)."""
-    return data.partition(b"\0")[0].decode("cp1252", "replace")
 
 
 def _refuse_method() -> bytes:
@@ -267,7 +263,7 @@ class SymbolServices:
     # handles ---------------------------------------------------------------------------------
 
     def _resolve(self, data: bytes) -> ResolvedSymbol:
-        name = decode_name(data)
+        name = terminated_text(data)
         symbol = self.source.resolve(name)
         if symbol is None:
             raise DeviceError(ReturnCode.SYMBOL_NOT_FOUND, name[:80])
@@ -286,7 +282,7 @@ class SymbolServices:
 
     def _shared_symbol(self, data: bytes) -> ResolvedSymbol:
         """Return the symbol of the handles that exist for a name, else resolve the name."""
-        name = decode_name(data)
+        name = terminated_text(data)
         symbols = self.handles.symbols
         symbol = symbols.get(name)
         if symbol is None:
@@ -367,7 +363,7 @@ class SymbolServices:
         )
 
     def _type_by_name(self, offset: int, read_length: int, data: bytes, client: bytes) -> bytes:
-        name = decode_name(data)
+        name = terminated_text(data)
         entry = self.source.type_entry(name)
         if entry is None:
             raise DeviceError(ReturnCode.SYMBOL_NOT_FOUND, name[:80])

@@ -5,6 +5,7 @@ import struct
 from typing import Any
 
 from achse.ams.filetime import to_datetime
+from achse.ams.text import terminated_text
 from achse.codes.ports import LOGGER_PORT
 from achse.web.arguments import Arguments
 from achse.web.process_log import ProcessLog
@@ -53,11 +54,7 @@ def message_of(data: bytes) -> dict[str, Any] | None:
     return {
         "time": time,
         "level": next((name for bit, name in _LEVELS if kind & bit), "info"),
-        "source": _text(sender) or f"port {port}",
+        "source": terminated_text(sender) or f"port {port}",
         "port": port,
-        "text": _text(text),
+        "text": terminated_text(text),
     }
-
-
-def _text(data: bytes) -> str:
-    return data.partition(b"\0")[0].decode("cp1252", "replace")

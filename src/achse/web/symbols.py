@@ -20,7 +20,8 @@ from achse.iec import (
     StructType,
     resolved,
 )
-from achse.iec.literals import format_value, parse_value
+from achse.iec.documents import as_text
+from achse.iec.literals import parse_value
 from achse.iec.symbols import SymbolEntry
 from achse.web.arguments import Arguments
 from achse.web.messages import CallError
@@ -293,7 +294,7 @@ class SymbolHandlers:
                 if isinstance(value, AdsError):
                     texts[paths[name]] = {"error": str(value)}
                 else:
-                    texts[paths[name]] = {"text": _text(await device.type_of(name), value)}
+                    texts[paths[name]] = {"text": as_text(await device.type_of(name), value)}
         return texts
 
     async def watch(self, subscription: SharedSubscription, arguments: Arguments) -> None:
@@ -314,7 +315,7 @@ class SymbolHandlers:
             await device.write(name, parse_value(type, text))
         except IecValueError as fault:
             raise CallError(f"value: {fault}") from None
-        return {"value": _text(type, await device.read(name))}
+        return {"value": as_text(type, await device.read(name))}
 
     async def call(self, arguments: Arguments) -> dict[str, Any]:
         """Call `symbols.call`: `MAIN.fbMotor.Start` or `MAIN.fbMotor#Start`, with its inputs."""
@@ -383,13 +384,6 @@ async def _level(symbols: Iterable[FoundSymbol], inside: str, under: str) -> lis
                 "comment": "", "children": True, "methods": False, "writable": False,
             }  # fmt: skip
     return list(rows.values())
-
-
-def _text(type: IecType[Any], value: Any) -> str:
-    try:
-        return format_value(type, value)
-    except IecValueError:
-        return type.encode(value).hex(" ")
 
 
 def _literal(value: Any) -> str:

@@ -4,8 +4,8 @@ from typing import Any
 
 import pytest
 
-from achse.motion import AxisParameters, ControlBit, Nc, StateBit, commands
-from achse.motion.control.signals import homing_cam
+from achse.motion import AxisParameters, ControlBit, MotionPhase, Nc, StateBit, commands
+from achse.motion.control.signals import homing_cam, probe_inputs
 from achse.motion.machine.signals import drive_inputs
 
 RISING, FALLING = 0, 1
@@ -278,3 +278,15 @@ def test_a_blocked_drive_that_is_accepted_does_not_follow(make: Any) -> None:
     rig.until(lambda ax: ax.error_code)
     assert rig.axis.error_code == 0x4550
     assert 20.0 <= rig.axis.actual_position <= 21.0
+
+
+@pytest.mark.parametrize("inputs", [0, 1, 2, 3, 0xFF])
+def test_inputs_of_probes_and_the_torque_reached(inputs: int) -> None:
+    axis = Nc(2_000_000, [AxisParameters(1)], compiled=False).axis(1)
+    axis.drive.io.state8 = inputs
+    assert axis.touch_probe_inputs == probe_inputs(axis.record) == inputs & 3
+    axis.set_motion_phase = MotionPhase.TORQUE
+    axis.set_torque = axis.torque.target = 2.0
+    assert axis.touch_probe_inputs == inputs & 3 | 4
+    axis.torque.target = 3.0
+    assert axis.touch_probe_inputs == inputs & 3

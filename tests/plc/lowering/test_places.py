@@ -3,6 +3,9 @@
 from collections.abc import Callable
 from typing import Any
 
+from achse.iec.declare import ARRAY
+from achse.iec.elementary import INT
+from achse.iec.strings import StringType
 from achse.plc.lowering.nodes import (
     Effects,
     Home,
@@ -14,6 +17,7 @@ from achse.plc.lowering.nodes import (
     StoreValue,
     Temporary,
 )
+from achse.plc.lowering.places import is_number
 from achse.plc.memory import Area
 from achse.st.typed.expressions import Known
 
@@ -126,3 +130,9 @@ def test_parameter_in_a_register_begins_as_it_is_passed(lower: Lower) -> None:
     assert starts["n"] == passed["n"]
     assert isinstance(starts["n"], Temporary)
     assert [one.value for one in routine.entry] == [passed["s"]]
+
+
+def test_texts_and_structures_are_no_numbers() -> None:
+    assert is_number(INT)
+    assert not is_number(StringType(5))
+    assert not is_number(ARRAY(INT, (0, 3)))

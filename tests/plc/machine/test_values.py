@@ -7,7 +7,7 @@ from achse.iec.strings import StringType
 from achse.iec.times import DATE, LTIME, TIME
 from achse.iec.types import IecType
 from achse.native import backend
-from achse.plc.machine.values import is_number, is_packed, machine_type
+from achse.plc.machine.values import is_packed, machine_type
 
 
 @pytest.mark.parametrize(
@@ -31,7 +31,5 @@ def test_each_type_has_its_width_and_sign(type: IecType[object], expected: objec
     assert machine_type(type) is expected
 
 
-def test_a_text_is_no_number() -> None:
-    assert is_number(INT)
-    assert not is_number(StringType(5))
+def test_a_text_is_not_packed() -> None:
     assert not is_packed(StringType(5))

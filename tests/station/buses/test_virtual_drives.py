@@ -8,7 +8,6 @@ from achse.drive.machine import EncoderKind
 from achse.station.buses.virtual_drives import (
     digest_of,
     make_drives,
-    mapping_of,
     torque_per_acceleration,
 )
 from achse.station.configuration.bus import DriveConfig
@@ -58,8 +57,3 @@ def test_switches_are_where_the_axis_sees_them() -> None:
 def test_torque_of_an_acceleration_is_that_of_the_machine() -> None:
     drive = make_drives([DriveConfig(axis=1)])[0]
     assert torque_per_acceleration(drive) * drive.record.acceleration_gain == pytest.approx(1.0)
-
-
-def test_a_mapping_has_index_and_bits() -> None:
-    assert mapping_of([0x6040, 0x607A], output=True) == [0x60400010, 0x607A0020]
-    assert mapping_of([0x6061], output=False) == [0x60610008]

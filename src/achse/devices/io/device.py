@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import ClassVar
 
 from achse.ams import AdsState, DeviceError
+from achse.ams.text import terminated_text
 from achse.codes import ReturnCode
 from achse.devices.io.groups import IoGroup
 from achse.devices.io.served import ServedBus
@@ -55,15 +56,11 @@ class IoDevice(Device):
 
     def by_name(self, name: bytes) -> ServedBus:
         """Return the bus of a name; upper and lower case count."""
-        wanted = _decoded(name)
+        wanted = terminated_text(name)
         for bus in self.buses:
             if bus.name == wanted:
                 return bus
         raise DeviceError(ReturnCode.NOT_FOUND, f"no I/O device {wanted!r}")
-
-
-def _decoded(text: bytes) -> str:
-    return text.partition(b"\0")[0].decode("cp1252", "replace")
 
 
 def _text(text: str) -> bytes:
@@ -76,7 +73,7 @@ def _ids(device: IoDevice) -> bytes:
 
 
 def _box(bus: ServedBus, name: bytes) -> BusSlave:
-    wanted = _decoded(name)
+    wanted = terminated_text(name)
     for slave in bus.master.slaves:
         if slave.name == wanted:
             return slave

@@ -10,6 +10,7 @@ from contextlib import contextmanager
 from typing import NamedTuple
 
 from achse.ams import AmsAddress, DeviceError, NetId
+from achse.ams.text import terminated_text
 from achse.codes import ReturnCode
 from achse.router.limited_log import LimitedLog
 from achse.router.routes import FixedRouteError, Route, RouteError, RouteFlags, RouteTable
@@ -61,7 +62,15 @@ class RouteEntry(NamedTuple):
         if sum(sizes) > len(texts):
             raise DeviceError(ReturnCode.INVALID_SIZE, "host and name of a route are cut short")
         host, name = texts[: sizes[0]], texts[sizes[0] : sum(sizes)]
-        return cls(NetId(net_id), _text(host), _text(name), flags, timeout_ms, fragment, transport)
+        return cls(
+            NetId(net_id),
+            terminated_text(host),
+            terminated_text(name),
+            flags,
+            timeout_ms,
+            fragment,
+            transport,
+        )
 
     def route(self) -> Route:
         """One of our routes. Raises DeviceError 0x706 if it cannot be."""
@@ -77,10 +86,6 @@ class RouteEntry(NamedTuple):
             )
         except RouteError as fault:
             raise DeviceError(ReturnCode.INVALID_DATA, str(fault)) from None
-
-
-def _text(data: bytes) -> str:
-    return data.partition(b"\0")[0].decode("cp1252", "replace")
 
 
 class RouteServices:
@@ -122,7 +127,7 @@ class RouteServices:
             self._table.add(RouteEntry.decode(data).route())
 
     def _remove(self, offset: int, data: bytes, client: bytes) -> None:
-        name = _text(data)
+        name = terminated_text(data)
         with self._logged(client, f"remove route {name!r:.60}"), _refusals():
             self._check()
             gone = self._table.remove(name)

@@ -23,11 +23,6 @@ def is_packet(data: bytes) -> bool:
     return len(data) >= _HEADER and int.from_bytes(data[_LENGTH], "little") == len(data) - _HEADER
 
 
-def is_request(data: bytes) -> bool:
-    """Return True if the bytes are one whole AMS packet that is a request."""
-    return is_packet(data) and not data[_FLAGS] & _RESPONSE
-
-
 class AoeClient:
     """ADS of the slave behind a mailbox. All are `Steps`; they raise `BusError`.
 

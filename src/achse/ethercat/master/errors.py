@@ -73,10 +73,6 @@ class StateTimeout(BusError):
     """The slave did not reach a state in its time."""
 
 
-class SlaveMismatch(BusError):
-    """At a place of the bus is another slave than the configuration has."""
-
-
 class EepromTrouble(BusError):
     """The EEPROM interface reports an error or stays busy."""
 

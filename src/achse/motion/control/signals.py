@@ -4,7 +4,7 @@ Kernel source: compiled as it stands, see `compiled`.
 """
 
 from achse.codes.axis import ControlBit
-from achse.codes.nc.choices import HomingSensorSource, ReferenceMode
+from achse.codes.nc.choices import HomingSensorSource, MotionPhase, ReferenceMode
 from achse.motion.features import Feature
 from achse.motion.fields.encoder import PROBE_EDGES, TOUCH_PROBES
 from achse.motion.port import (
@@ -79,6 +79,15 @@ def latch_probe(encoder: EncoderFields, edge: int, increments: int, position: fl
     encoder.latch_hardware_increments = hardware
     encoder.latch_software_increments = increments
     encoder.latch_position = position
+
+
+def probe_inputs(ax: AxisFields) -> int:
+    """Return the inputs of touch probes 1 and 2 in bits 0 and 1; bit 2, the set torque has
+    reached the target of a torque command."""
+    inputs = ax.drive.io.state8 & 0b11
+    if ax.set_motion_phase == MotionPhase.TORQUE and ax.set_torque == ax.torque.target:
+        inputs |= 0b100
+    return inputs
 
 
 def probe_status(encoder: EncoderFields) -> int:

@@ -206,7 +206,7 @@ COUPLINGS: tuple[Coupling, ...] = (
     Coupling(
         "synchronising, velocity",
         SlaveType.SYNCHRONISING_VELOCITY.value,
-        synchronising.step,
+        flying_saw.step,
         synchronising.base,
         by_parameters=False,
         check=synchronising.check,
@@ -217,7 +217,7 @@ COUPLINGS: tuple[Coupling, ...] = (
     Coupling(
         "synchronising, position",
         SlaveType.SYNCHRONISING_POSITION.value,
-        synchronising.step,
+        flying_saw.step,
         synchronising.base,
         by_parameters=False,
         check=synchronising.check,

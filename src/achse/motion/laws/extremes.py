@@ -21,6 +21,7 @@ from achse.motion.laws.element import (
     element_values,
     elements_of,
 )
+from achse.motion.profiles.polynomials import derivative, evaluate
 
 _MOST_STEPS = 60
 """Of a search: each halves, to the last bits."""
@@ -66,23 +67,12 @@ class Extremes:
     """Root of the mean of its square."""
 
 
-def _derived(coefficients: Sequence[float]) -> list[float]:
-    return [k * each for k, each in enumerate(coefficients)][1:]
-
-
 def _product(left: Sequence[float], right: Sequence[float]) -> list[float]:
     product = [0.0] * max(len(left) + len(right) - 1, 0)
     for i, one in enumerate(left):
         for k, other in enumerate(right):
             product[i + k] += one * other
     return product
-
-
-def _value(coefficients: Sequence[float], w: float) -> float:
-    value = 0.0
-    for each in reversed(coefficients):
-        value = value * w + each
-    return value
 
 
 def _root(function: Callable[[float], float], low: float, high: float) -> float:
@@ -135,8 +125,8 @@ def _polynomial_roots(coefficients: Sequence[float], width: float) -> list[float
         return [root] if 0.0 <= root <= width else []
     if len(trimmed) == 3:
         return [root for root in _quadratic_roots(*trimmed) if 0.0 <= root <= width]
-    turns = _polynomial_roots(_derived(trimmed), width)
-    return _crossings(lambda w: _value(trimmed, w), [0.0, *turns, width])
+    turns = _polynomial_roots(derivative(trimmed), width)
+    return _crossings(lambda w: evaluate(trimmed, w), [0.0, *turns, width])
 
 
 def _quadratic_roots(c: float, b: float, a: float) -> list[float]:
@@ -157,15 +147,15 @@ def _critical(element: "array[float]", end: float) -> Iterator[list[float]]:
     width = _width(element, end)
     roots_by_order: list[list[float]]
     if element[SIZE] == 0.0 and element[SECOND_SIZE] == 0.0:
-        first = _derived(element[COEFFICIENT : COEFFICIENT + int(element[DEGREE]) + 1])
-        second = _derived(first)
-        third = _derived(second)
+        first = derivative(element[COEFFICIENT : COEFFICIENT + int(element[DEGREE]) + 1])
+        second = derivative(first)
+        third = derivative(second)
         square, cross = _product(second, second), _product(first, third)
         cross += [0.0] * (len(square) - len(cross))
         momentum = [one + other for one, other in zip(square, cross, strict=False)]
         roots_by_order = [
             _polynomial_roots(each, width)
-            for each in (first, second, third, _derived(third), momentum)
+            for each in (first, second, third, derivative(third), momentum)
         ]
     else:
         places = [width * n / _STEPS for n in range(_STEPS + 1)]

@@ -11,8 +11,7 @@ from collections.abc import Callable, Sequence
 from math import floor, fmod
 from typing import TYPE_CHECKING
 
-from achse.codes.nc.choices import MotionPhase
-from achse.motion.control.signals import probe_counts, probe_status
+from achse.motion.control.signals import probe_counts, probe_inputs, probe_status
 from achse.motion.record import ENCODER, LAYOUT, AxisFields, EncoderFields
 from achse.native.compiled import Kernel
 from achse.native.declare import Slot, lay_out, reference
@@ -112,13 +111,6 @@ def _user_data(ax: AxisFields) -> float:
     return 0.0
 
 
-def _inputs(ax: AxisFields) -> int:
-    inputs = ax.drive.io.state8 & 0b11
-    if ax.set_motion_phase == MotionPhase.TORQUE and ax.set_torque == ax.torque.target:
-        inputs |= 0b100
-    return inputs
-
-
 def _show(image: CyclicImage, ax: AxisFields, encoder: EncoderFields) -> None:
     drive = ax.drive
     cycles = ax.set_cycle_counter
@@ -146,7 +138,7 @@ def _show(image: CyclicImage, ax: AxisFields, encoder: EncoderFields) -> None:
     image.set_jerk = ax.set.jerk
     image.set_torque = ax.set_torque
     image.actual_torque = drive.actual_torque
-    image.inputs = _pair(0, _inputs(ax))
+    image.inputs = _pair(0, probe_inputs(ax))
     image.probes = _pair(probe_status(encoder), probe_counts(encoder))
     image.actual_torque_rate = drive.actual_torque_derivative
     image.set_torque_rate = ax.set_torque_derivative

@@ -6,8 +6,6 @@ follow, its target is where it is.
 Kernel source: compiled as it stands, see `compiled`.
 """
 
-from collections.abc import Sequence
-
 from achse.motion.port import (
     CAM_CLOSED,
     CONTROL_ENABLE,
@@ -265,15 +263,3 @@ def send(s: Servo, dt: float) -> None:
     e = s.encoder
     if e.ctrl1 | e.ctrl5 | e.ctrl6 or s.probe_function:
         arm_probes(s)
-
-
-def take_all(servos: Sequence[Servo], dt: float) -> None:
-    """Before the cycle of the NC."""
-    for i in range(len(servos)):
-        take(servos[i], dt)
-
-
-def send_all(servos: Sequence[Servo], dt: float) -> None:
-    """After the cycle of the NC."""
-    for i in range(len(servos)):
-        send(servos[i], dt)

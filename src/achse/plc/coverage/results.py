@@ -50,18 +50,10 @@ class CoveredShare:
     def percent(self) -> float:
         """Per cent of all together; 100 if there is nothing."""
         hit = self.statements_hit + self.branches_hit + self.conditions_hit
-        return _percent(hit, self.statements + self.branches + self.conditions)
-
-    @property
-    def statement_percent(self) -> float:
-        return _percent(self.statements_hit, self.statements)
-
-    @property
-    def branch_percent(self) -> float:
-        return _percent(self.branches_hit, self.branches)
+        return percentage(hit, self.statements + self.branches + self.conditions)
 
 
-def _percent(part: int, whole: int) -> float:
+def percentage(part: int, whole: int) -> float:
     """Return a share in per cent; 100 of nothing."""
     return 100.0 * part / whole if whole else 100.0
 

@@ -75,7 +75,7 @@ class PlaceLowering:
             changes.append(self.changes)
         for number, one in enumerate(lowered):
             type = one.type
-            if changes[number] != self.changes and type is not None and not _is_number(type):
+            if changes[number] != self.changes and type is not None and not is_number(type):
                 lowered[number] = nodes.Copy(one, type)
         return tuple(lowered)
 
@@ -173,7 +173,7 @@ class PlaceLowering:
         place, lowered = self.place(storage), self.value(value)
         self.changes += 1
         type = place.type
-        value_first = alone and place.bit is None and _is_number(type)
+        value_first = alone and place.bit is None and is_number(type)
         value_first = value_first and place.is_aligned(type.size)
         return self._with_value(storage, nodes.StoreValue(place, lowered, value_first))
 
@@ -214,7 +214,8 @@ def is_large(type: IecType[Any] | None) -> bool:
     return isinstance(type, StructType | ArrayType) and type.size >= BYTES_A_PASS
 
 
-def _is_number(type: IecType[Any]) -> bool:
+def is_number(type: IecType[Any]) -> bool:
+    """Return True if values of a type are numbers, no memory that is copied."""
     return not isinstance(type, StructType | ArrayType | StringType)
 
 

@@ -15,14 +15,13 @@ from achse.iec.structs import StructType
 from achse.iec.types import IecType
 from achse.native.backend import BOOL, I64, U8, U32, U64, LocalVariable, Operand, Relation
 from achse.plc.lowering.nodes import Home, ResolvedPlace, StoreValue
-from achse.plc.lowering.places import BYTES_A_PASS
+from achse.plc.lowering.places import BYTES_A_PASS, is_number
 from achse.plc.machine.fault_places import FaultKind
 from achse.plc.machine.values import (
     MachineText,
     MachineValue,
     NotTranslatedError,
     PackedBytes,
-    is_number,
     machine_type,
 )
 from achse.plc.memory import Area

@@ -5,7 +5,6 @@ from typing import Any, TypeAlias
 
 from achse.iec.arrays import ArrayType
 from achse.iec.elementary import BoolType, RealType
-from achse.iec.strings import StringType
 from achse.iec.structs import StructType
 from achse.iec.types import IecType
 from achse.native.backend import (
@@ -77,11 +76,6 @@ def machine_type(type: IecType[Any]) -> MachineType:
 def is_packed(type: IecType[Any]) -> bool:
     """Return True if values are all the bytes of a record or array."""
     return isinstance(type, StructType | ArrayType)
-
-
-def is_number(type: IecType[Any]) -> bool:
-    """Return True if values are in a register."""
-    return not isinstance(type, StructType | ArrayType | StringType)
 
 
 def words_of(value: MachineValue) -> list[Operand]:

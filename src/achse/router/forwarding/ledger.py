@@ -134,30 +134,31 @@ class ResourceChange(NamedTuple):
         if group is None:
             if self.actions[0].handle is None:
                 return [_pair(answer, 0)]
-            return [(_word(answer, 0), 0)]
+            return [(word_at(answer, 0), 0)]
         result, length = _pair(answer, 0)
         if group == CLOSE_FILE:
             return [(result, 0)]
         if group == FIND_FILE:
-            return [(result, 0 if result else _word(answer, _HEAD))]
+            return [(result, 0 if result else word_at(answer, _HEAD))]
         if result or len(answer) != _HEAD + length:
             return []
         if group in _ONE_HANDLE:
-            return [(0, _word(answer, _HEAD))]
+            return [(0, word_at(answer, _HEAD))]
         if group in _RESULTS_ONLY:
-            return [(_word(answer, _HEAD + 4 * part), 0) for part in range(parts)]
+            return [(word_at(answer, _HEAD + 4 * part), 0) for part in range(parts)]
         pairs = [_pair(answer, _HEAD + 8 * part) for part in range(parts)]
         if group == ReservedGroup.SUM_ADD_NOTIFICATION:
             return pairs
         results, position = [], _HEAD + 8 * parts
         for result, length in pairs:
             fetched = not result and length >= RESULT.size
-            results.append((result, _word(answer, position) if fetched else 0))
+            results.append((result, word_at(answer, position) if fetched else 0))
             position += length
         return results
 
 
-def _word(data: bytes, position: int) -> int:
+def word_at(data: bytes, position: int) -> int:
+    """Return the 32-bit word at a position."""
     value: int = RESULT.unpack_from(data, position)[0]
     return value
 

@@ -16,7 +16,7 @@ from achse.ams.commands import ADD_NOTIFICATION_BODY, READ, READ_WRITE, RESULT
 from achse.codes import ReservedGroup
 from achse.codes.groups import CLOSE_FILE, CLOSE_FILE_LATER, FIND_FILE, OPENS_FILE
 from achse.codes.ports import SYSTEM_PORT
-from achse.router.forwarding.ledger import ResourceAction, ResourceChange, ResourceKind
+from achse.router.forwarding.ledger import ResourceAction, ResourceChange, ResourceKind, word_at
 
 _WRITE_PART, _READ_WRITE_PART = struct.Struct("<III"), struct.Struct("<IIII")
 
@@ -54,13 +54,8 @@ def change_of(request: Frame) -> ResourceChange | None:
     return None
 
 
-def _word(data: bytes, position: int) -> int:
-    value: int = RESULT.unpack_from(data, position)[0]
-    return value
-
-
 def _release(kind: ResourceKind, part: int, data: bytes, position: int) -> ResourceAction:
-    return ResourceAction(kind, part, _word(data, position), position)
+    return ResourceAction(kind, part, word_at(data, position), position)
 
 
 def _one_handle(part: int, offset: int, name: bytes) -> Iterator[ResourceAction]:
@@ -124,7 +119,7 @@ def handle_places(request: Frame) -> Iterator[tuple[ResourceKind, int]]:
     if command == Command.DELETE_NOTIFICATION:
         yield _SUBSCRIPTION, 0
     elif command in (Command.READ, Command.WRITE, Command.ADD_NOTIFICATION):
-        group = _word(data, 0)
+        group = word_at(data, 0)
         if group in _BY_HANDLE:
             yield _SYMBOL_HANDLE, 4
         elif command == Command.WRITE and _WRITES.get(group) is _SYMBOL_HANDLE:
@@ -152,7 +147,7 @@ def _in_parts(size: int) -> "_Places":
 
     def places(data: bytes, parts: int) -> Iterator[tuple[ResourceKind, int]]:
         for place in _parts(data, parts, size):
-            if _word(data, place) in _BY_HANDLE:
+            if word_at(data, place) in _BY_HANDLE:
                 yield _SYMBOL_HANDLE, place + 4
 
     return places

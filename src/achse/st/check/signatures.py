@@ -1,6 +1,6 @@
 """Signatures: what a routine is called with and keeps, without its body."""
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import Any, TypeAlias
 
@@ -12,7 +12,7 @@ from achse.iec.variables import Section, Variable
 from achse.st.check.frames import VariableFrame
 from achse.st.declared.records import bound_names, instance_member
 from achse.st.declared.resolve import Resolver
-from achse.st.declared.scopes import DeclaredUnit, Failed, Scope
+from achse.st.declared.scopes import DeclaredUnit, Failed, Scope, with_bases
 from achse.st.lexis.codes import Code
 from achse.st.lexis.source import Source
 from achse.st.syntax.cursor import Unexpected
@@ -374,7 +374,7 @@ class Routines:
         record = made.this
         if record is None:
             record = self._names.unit(made.entry).__iec__
-        scopes = list(_scopes(made.scope))
+        scopes = list(with_bases(made.scope))
         for member in record.members:
             for scope in scopes:
                 found = scope.variables.get(member.name.lower())
@@ -406,16 +406,6 @@ def _bounds(declaration: Declaration, variable: Variable[Any, Any]) -> list[str]
     """Return the hidden variables with the bounds of an ARRAY [*], lower and upper by dimension."""
     one = f"__{variable.name}_".lower()
     return [name for name in bound_names(declaration) if name.lower().startswith(one)]
-
-
-def _scopes(scope: Scope) -> Iterator[Scope]:
-    """Yield a scope and those of its bases."""
-    seen: set[int] = set()
-    here: Scope | None = scope
-    while here is not None and id(here) not in seen:
-        yield here
-        seen.add(id(here))
-        here = here.base
 
 
 def attributes_in(tree: SignatureTree | Unit) -> dict[str, str]:

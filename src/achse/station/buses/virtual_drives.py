@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 from achse.drive import IDENTITIES, Drive
 from achse.drive.machine import MACHINES, Encoder, EncoderKind, Mechanics, Motor, Switches
 from achse.drive.record import FIELDS, DriveFields, ExchangeFields
-from achse.motion.servo import INPUT_OBJECTS, OUTPUT_OBJECTS
 from achse.station.configuration.bus import DriveConfig, DriveMachineConfig
 
 if TYPE_CHECKING:
@@ -81,12 +80,6 @@ def torque_per_acceleration(drive: Drive) -> float:
     """Thousandths of the rated torque that an increment a second² takes; 0 if unknown."""
     gain = drive.record.acceleration_gain * drive.record.inc_per_count
     return 1.0 / gain if gain > 0.0 and math.isfinite(gain) else 0.0
-
-
-def mapping_of(objects: Sequence[int], *, output: bool) -> list[int]:
-    """Objects as entries of a PDO mapping."""
-    known = OUTPUT_OBJECTS if output else INPUT_OBJECTS
-    return [index << 16 | 8 * known[index].size for index in objects]
 
 
 def digest_of(drive: Drive) -> bytes:

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from enum import Enum
 from functools import cached_property
 
+from achse.plc.coverage.results import percentage
 from achse.st.lexis.source import Source
 from achse.tcunit.mutation.edits import TextEdit
 from achse.tcunit.mutation.operators import MutationOperator
@@ -94,16 +95,12 @@ class MutationScore:
     @property
     def percent(self) -> float:
         """Share of noticed mutants among all; 100 of none. Equivalent ones do not count."""
-        return _percent(self.noticed, self.covered + self.counts[MutantOutcome.NOT_COVERED])
+        return percentage(self.noticed, self.covered + self.counts[MutantOutcome.NOT_COVERED])
 
     @property
     def covered_percent(self) -> float:
         """Share of noticed mutants among those that are covered."""
-        return _percent(self.noticed, self.covered)
-
-
-def _percent(part: int, whole: int) -> float:
-    return 100.0 * part / whole if whole else 100.0
+        return percentage(self.noticed, self.covered)
 
 
 @dataclass(frozen=True)

@@ -11,35 +11,25 @@ from math import factorial, sqrt
 from typing import NamedTuple
 
 from achse.motion.fields.synchronising import SYNC_TERMS
+from achse.motion.profiles.polynomials import derivative, evaluate
 from achse.motion.profiles.profile import plan_to_velocity
 from achse.motion.profiles.segments import MAX_SEGMENTS, end_state
 
 _HALVINGS = 80
 
 
-def _derived(terms: Sequence[float]) -> list[float]:
-    return [n * term for n, term in enumerate(terms)][1:]
-
-
-def _value(terms: Sequence[float], x: float) -> float:
-    value = 0.0
-    for term in reversed(terms):
-        value = value * x + term
-    return value
-
-
 def _zeros(terms: Sequence[float], end: float) -> list[float]:
     """Places between 0 and `end` where a polynomial changes its sign, rising."""
     if not any(terms[1:]):
         return []
-    places = [0.0, *_zeros(_derived(terms), end), end]
+    places = [0.0, *_zeros(derivative(terms), end), end]
     zeros = []
     for low, high in pairwise(places):
-        below = _value(terms, low)
-        if below * _value(terms, high) < 0.0:
+        below = evaluate(terms, low)
+        if below * evaluate(terms, high) < 0.0:
             for _ in range(_HALVINGS):
                 middle = 0.5 * (low + high)
-                if _value(terms, middle) * below > 0.0:
+                if evaluate(terms, middle) * below > 0.0:
                     low = middle
                 else:
                     high = middle
@@ -58,7 +48,7 @@ class Stretch:
         """Terms of its derivative: 0 position, 1 velocity, 2 acceleration, 3 jerk."""
         terms = list(self.terms)
         for _ in range(order):
-            terms = _derived(terms) or [0.0]
+            terms = derivative(terms) or [0.0]
         return terms
 
     def places(self, order: int) -> list[float]:
@@ -89,13 +79,13 @@ class SlaveCourse:
 
     def begin(self, order: int) -> float:
         """Position, velocity, acceleration or jerk at the begin."""
-        return _value(self.stretches[0].derived(order), 0.0) if self.stretches else 0.0
+        return evaluate(self.stretches[0].derived(order), 0.0) if self.stretches else 0.0
 
     def end(self, order: int) -> float:
         """Return the same at the end."""
         if not self.stretches:
             return 0.0
-        return _value(self.stretches[-1].derived(order), self.stretches[-1].duration)
+        return evaluate(self.stretches[-1].derived(order), self.stretches[-1].duration)
 
     def _timed(self) -> Iterator[tuple[float, Stretch]]:
         time = 0.0
@@ -107,7 +97,7 @@ class SlaveCourse:
         for time, stretch in self._timed():
             terms = stretch.derived(order)
             for place in stretch.places(order):
-                yield TimedValue(time + place, _value(terms, place))
+                yield TimedValue(time + place, evaluate(terms, place))
 
     def least(self, order: int) -> TimedValue:
         """Return value and time of the least position, velocity, acceleration or jerk."""
@@ -121,7 +111,7 @@ class SlaveCourse:
         """Velocity after that many seconds."""
         for begin, stretch in self._timed():
             if time <= begin + stretch.duration:
-                return _value(stretch.derived(1), time - begin)
+                return evaluate(stretch.derived(1), time - begin)
         return self.end(1)
 
     def strongest(self) -> tuple[float, float]:
@@ -131,10 +121,10 @@ class SlaveCourse:
             velocity, acceleration = stretch.derived(1), stretch.derived(2)
             turns = [0.0, *_zeros(velocity, stretch.duration), stretch.duration]
             for low, high in pairwise(turns):
-                sign = 1.0 if _value(velocity, 0.5 * (low + high)) >= 0.0 else -1.0
+                sign = 1.0 if evaluate(velocity, 0.5 * (low + high)) >= 0.0 else -1.0
                 inner = [x for x in stretch.places(2) if low < x < high]
                 for x in (low, *inner, high):
-                    value = sign * _value(acceleration, x)
+                    value = sign * evaluate(acceleration, x)
                     grows, shrinks = max(grows, value), max(shrinks, -value)
         return grows, shrinks
 
@@ -143,7 +133,7 @@ class SlaveCourse:
         way = 0.0
         for stretch in self.stretches:
             turns = [0.0, *_zeros(stretch.derived(1), stretch.duration), stretch.duration]
-            places = [_value(stretch.terms, x) for x in turns]
+            places = [evaluate(stretch.terms, x) for x in turns]
             way += sum(abs(after - before) for before, after in pairwise(places))
         return way / self.duration if self.duration else 0.0
 

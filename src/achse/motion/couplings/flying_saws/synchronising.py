@@ -20,7 +20,6 @@ from achse.motion.couplings.flying_saws.approach import (
     SETTLING,
     begin_approach,
     check_gear,
-    follow_approach,
     meet,
     run_with,
     set_gear,
@@ -50,14 +49,6 @@ def base(ax: AxisFields, rows: NcRows) -> None:
         ax.sync.state = MotionState.INACTIVE
         return
     meet(ax, way, ax.coupling.parameters[2] - ax.set.position)
-
-
-def step(ax: AxisFields, rows: NcRows, dt: float) -> None:
-    """Run one cycle of the law; a phase shift of the slave moves what it sees of the master."""
-    master = rows.axes[ax.coupling.masters[0]]
-    velocity = leading_velocity(ax, rows, 0)
-    acceleration = leading_acceleration(ax, rows, 0)
-    follow_approach(ax, master, leading_position(ax, rows, 0), velocity, acceleration, dt)
 
 
 def check(ax: AxisFields, masters: Sequence[AxisFields], parameters: Sequence[float]) -> int:
