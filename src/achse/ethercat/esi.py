@@ -25,6 +25,8 @@ from achse.ethercat.description import (
 from achse.ethercat.registers import FMMUS, RAM_KIB, SYNC_MANAGERS
 from achse.ethercat.sii import SII_SIZE, build_sii
 
+_GROUP = "Drives"
+"""Heading of the device in lists."""
 _PROFILE = 402
 _BOOT_AT = 0x28
 """Bytes of the EEPROM that describe the mailboxes of Bootstrap."""
@@ -55,19 +57,16 @@ _OBJECT_0_BITS = 16
 """Subindex 0 takes 16 bits in complete access."""
 
 
-def build_esi(
-    description: SlaveDescription, *, vendor: str, group: str = "Drives", profile: int = _PROFILE
-) -> str:
-    """Return the ESI file as text. `vendor` is the maker's name, `group` heads the devices'
-    list."""
+def build_esi(description: SlaveDescription, *, vendor: str) -> str:
+    """Return the ESI file as text; `vendor` is the maker's name."""
     root = ElementTree.Element("EtherCATInfo")
     maker = _sub(root, "Vendor")
     _sub(maker, "Id", _hex(description.vendor_id))
     _sub(maker, "Name", vendor)
     descriptions = _sub(root, "Descriptions")
     family = _sub(_sub(descriptions, "Groups"), "Group")
-    _sub(family, "Type", group)
-    _sub(family, "Name", group, _ENGLISH)
+    _sub(family, "Type", _GROUP)
+    _sub(family, "Name", _GROUP, _ENGLISH)
     device = _sub(_sub(descriptions, "Devices"), "Device", Physics="YY")
     _sub(
         device,
@@ -78,8 +77,8 @@ def build_esi(
     )
     _sub(device, "Name", description.name, _ENGLISH)
     _info(_sub(device, "Info"))
-    _sub(device, "GroupType", group)
-    _profile(_sub(device, "Profile"), description, profile)
+    _sub(device, "GroupType", _GROUP)
+    _profile(_sub(device, "Profile"), description)
     for kind in ("Outputs", "Inputs", "MBoxState"):
         _sub(device, "Fmmu", kind)
     _sync_managers(device, description)
@@ -201,8 +200,8 @@ def _type_name(data_type: int, bits: int) -> str:
     return name or f"STRING({bits // 8})"
 
 
-def _profile(element: ElementTree.Element, description: SlaveDescription, profile: int) -> None:
-    _sub(element, "ProfileNo", str(profile))
+def _profile(element: ElementTree.Element, description: SlaveDescription) -> None:
+    _sub(element, "ProfileNo", str(_PROFILE))
     dictionary = _sub(element, "Dictionary")
     types = _sub(dictionary, "DataTypes")
     base = {

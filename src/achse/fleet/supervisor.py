@@ -25,8 +25,8 @@ _SILENT_S = 15.0
 """Without figures for so long a process that runs is shown as silent."""
 
 _LOOK_S = 5.0
-_MOST_SILENT_LOOKS = 12
-"""A process that runs and says nothing from one look to the next, so often in a row, hangs."""
+_SILENT_LOOKS = 12
+"""Looks in a row at which a running process had nothing to report: then it hangs."""
 
 _LAST_LINES_S = 5.0
 """Last lines of an ended process are awaited so long: its children may keep its stderr open."""
@@ -87,7 +87,7 @@ class FleetSupervisor:
     `command(numbers, core)` is the command line of a process that serves these stations, ends when
     its stdin ends, and reports on stdout in JSON lines, see `achse.fleet.worker`. What it
     writes to stderr comes through a pipe into a file in `logs`. Every `look_s` seconds the
-    supervisor kills processes that reported nothing at `silent_looks` looks in a row.
+    supervisor looks, and kills processes that reported nothing for `_SILENT_LOOKS` looks.
     """
 
     def __init__(
@@ -98,10 +98,8 @@ class FleetSupervisor:
         *,
         clock: Callable[[], float] = time.monotonic,
         look_s: float = _LOOK_S,
-        silent_looks: int = _MOST_SILENT_LOOKS,
     ) -> None:
         self._look_s = look_s
-        self._silent_looks = silent_looks
         self.plan = plan
         self._command = command
         self._logs = logs
@@ -181,7 +179,7 @@ class FleetSupervisor:
                 )
                 silent[process] = process.heard, looks
                 child = process.child
-                if looks >= self._silent_looks and child is not None and child.returncode is None:
+                if looks >= _SILENT_LOOKS and child is not None and child.returncode is None:
                     names = ", ".join(station.name for station in process.stations[:3])
                     log.warning("%s: says nothing any more, killed", names)
                     silent[process] = process.heard, 0

@@ -56,12 +56,11 @@ def check_program(
     program: PartProgram,
     data: MachineData | None = None,
     *,
-    positions: PathPoint = (0.0, 0.0, 0.0),
     blocks: int = MAX_BLOCKS,
 ) -> ProgramReport:
     """Return all errors of the lines, then the one at which a run stops; in the order of lines."""
     data = MachineData() if data is None else data
-    report = dry_run(program, data, positions=positions, blocks=blocks)
+    report = dry_run(program, data, blocks=blocks)
     known = {(error.program, error.line, error.message) for error in report.errors}
     for error in check_lines(program, data):
         if (error.program, error.line, error.message) not in known:

@@ -30,13 +30,7 @@ def show_program(row: NcRow, read: Callable[[ProgramChannel], Any]) -> Service:
     return bound(row, read=lambda channel: read(of_interpreter(channel)))
 
 
-def program_value(
-    row: NcRow,
-    path: str,
-    error: NcError = NcError.CHANNEL_START_PARAMETER,
-    *,
-    choices: type[IntEnum] | None = None,
-) -> Service:
+def program_value(row: NcRow, path: str, *, choices: type[IntEnum] | None = None) -> Service:
     """Return the service of an attribute (`data.inch`) of a channel with an interpreter."""
     *owners, field = path.split(".")
 
@@ -51,7 +45,7 @@ def program_value(
         read=lambda channel: getattr(owner(channel), field),
         write=lambda channel, value: setattr(owner(channel), field, value),
         guard=only_interpreters,
-        code=error.number,
+        code=NcError.CHANNEL_START_PARAMETER.number,
         choices=choices,
     )
 
