@@ -16,7 +16,7 @@ def code_actions(editor: Editor, params: types.CodeActionParams) -> list[types.C
     document = editor.document_of(editor.file_of(uri))
     if document is None:
         return []
-    found = []
+    actions = []
     for one in params.context.diagnostics:
         near = _NEAR.search(one.message)
         named = _QUOTED.search(one.message)
@@ -27,7 +27,7 @@ def code_actions(editor: Editor, params: types.CodeActionParams) -> list[types.C
             continue
         name = _declared_name(editor, uri, near[1])
         edit = types.WorkspaceEdit(changes={uri: [types.TextEdit(one.range, name)]})
-        found.append(
+        actions.append(
             types.CodeAction(
                 f"Write {name}",
                 types.CodeActionKind.QuickFix,
@@ -36,7 +36,7 @@ def code_actions(editor: Editor, params: types.CodeActionParams) -> list[types.C
                 edit=edit,
             )
         )
-    return found
+    return actions
 
 
 def _declared_name(editor: Editor, uri: str, key: str) -> str:

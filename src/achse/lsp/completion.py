@@ -36,8 +36,8 @@ def complete(editor: Editor, params: types.CompletionParams) -> types.Completion
     place = editor.place_at(params.text_document.uri, params.position)
     if place is None:
         return types.CompletionList(False, [])
-    found = completions(place.checking, place.source, place.offset)
-    symbols = {(one.name.lower(), one.kind): one for one in reversed(found)}
+    candidates = completions(place.checking, place.source, place.offset)
+    symbols = {(one.name.lower(), one.kind): one for one in reversed(candidates)}
     ordered = list(reversed(symbols.values()))
     call = open_call(place.checking, place.source, place.offset)
     inputs = set() if call is None else set(call.signature.by_name)

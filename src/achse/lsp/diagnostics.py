@@ -50,19 +50,19 @@ class Published:
 
     def changes(self) -> list[types.PublishDiagnosticsParams]:
         """Return the lists that are other than those that were sent."""
-        found: dict[str, list[types.Diagnostic]] = {}
+        by_uri: dict[str, list[types.Diagnostic]] = {}
         versions: dict[str, int | None] = {}
         for file, findings in self._editor.projects.findings().items():
             document = self._editor.document_of(file) or Document("")
             uri = self._editor.uri_of(file)
             versions[uri] = document.version
-            found[uri] = [lsp_diagnostic(one, kind, document) for one, kind in findings]
-        gone = [uri for uri, sent in self._published.items() if sent and uri not in found]
-        found |= {uri: [] for uri in gone}
+            by_uri[uri] = [lsp_diagnostic(one, kind, document) for one, kind in findings]
+        gone = [uri for uri, sent in self._published.items() if sent and uri not in by_uri]
+        by_uri |= {uri: [] for uri in gone}
         for uri in gone:
             known = self._editor.document_of(self._editor.file_of(uri))
             versions[uri] = None if known is None else known.version
-        changed = {uri: now for uri, now in found.items() if self._published.get(uri) != now}
+        changed = {uri: now for uri, now in by_uri.items() if self._published.get(uri) != now}
         self._published |= changed
         return [
             types.PublishDiagnosticsParams(uri, now, versions.get(uri))

@@ -61,7 +61,7 @@ class Document:
 
     @cached_property
     def _starts(self) -> list[int]:
-        return [0, *(found.end() for found in _BREAK.finditer(self.text))]
+        return [0, *(line_break.end() for line_break in _BREAK.finditer(self.text))]
 
     @property
     def line_count(self) -> int:
@@ -136,7 +136,7 @@ class Document:
 
 def _lines_of(text: str) -> list[str]:
     """Return the lines of a text with their ends; the last one has none."""
-    starts = [0, *(found.end() for found in _BREAK.finditer(text)), len(text)]
+    starts = [0, *(line_break.end() for line_break in _BREAK.finditer(text)), len(text)]
     return [text[start:end] for start, end in pairwise(starts)]
 
 

@@ -135,12 +135,12 @@ class Editor:
         if it is not a file."""
         self.update()
         file = self.file_of(uri)
-        found = []
+        sources = []
         for workspace in self.projects.of(file):
             source = workspace.source_of(file)
             if source is not None and workspace.checking is not None:
-                found.append((workspace, workspace.checking, source))
-        return found
+                sources.append((workspace, workspace.checking, source))
+        return sources
 
     def place_at(
         self, uri: str, position: types.Position, *, is_drawn: bool = False

@@ -43,19 +43,19 @@ def _edits(
         options = FormatOptions()
     is_xml = not has_content(file, Content.TEXT)
     fallback = client.tab_size if client.insert_spaces else 0
-    made = Document(
+    formatted = Document(
         formatted_source(document.text, options, is_xml=is_xml, fallback=fallback),
         document.encoding,
     )
-    if made.line_count != document.line_count:
+    if formatted.line_count != document.line_count:
         return None
     lines = range(first, min(last, document.line_count - 1) + 1)
-    return [edit for number in lines for edit in _line_edits(document, made, number)]
+    return [edit for number in lines for edit in _line_edits(document, formatted, number)]
 
 
-def _line_edits(document: Document, made: Document, number: int) -> Iterator[types.TextEdit]:
+def _line_edits(document: Document, formatted: Document, number: int) -> Iterator[types.TextEdit]:
     """Return the edits of one line, each as small as it can be."""
-    before, after = document.line(number), made.line(number)
+    before, after = document.line(number), formatted.line(number)
     if before == after:
         return
     end = len(before)

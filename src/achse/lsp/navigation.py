@@ -49,22 +49,22 @@ def _use_at(editor: Editor, params: Any) -> tuple[CursorPlace, SymbolUse] | None
 
 def definition(editor: Editor, params: types.DefinitionParams) -> types.Location | None:
     """Return where the name at a position is declared."""
-    found = _use_at(editor, params)
-    return None if found is None else editor.declaration_of(found[1].symbol)
+    hit = _use_at(editor, params)
+    return None if hit is None else editor.declaration_of(hit[1].symbol)
 
 
 def type_definition(editor: Editor, params: types.TypeDefinitionParams) -> types.Location | None:
     """Return where the type of the variable at a position is declared."""
-    found = _use_at(editor, params)
-    if found is None or found[1].symbol.declared is None or found[1].symbol.source is None:
+    hit = _use_at(editor, params)
+    if hit is None or hit[1].symbol.declared is None or hit[1].symbol.source is None:
         return None
-    symbol, spec = found[1].symbol, found[1].symbol.declared[1].type
+    symbol, spec = hit[1].symbol, hit[1].symbol.declared[1].type
     while (inner := getattr(spec, "element", getattr(spec, "target", None))) is not None:
         spec = inner
     name = getattr(spec, "name", None)
     if name is None or symbol.entry is None:
         return None
-    entry = found[0].checking.names.scopes.find(name, symbol.entry.space)
+    entry = hit[0].checking.names.scopes.find(name, symbol.entry.space)
     if entry is None:
         return None
     return editor.location_of(entry.source, entry.at, entry.at + len(entry.name))
@@ -82,13 +82,13 @@ def uses_of(workspace: Workspace, symbol: DeclaredSymbol) -> Iterator[tuple[Sour
 
 def references(editor: Editor, params: types.ReferenceParams) -> list[types.Location] | None:
     """Return where the name at a position is used."""
-    found = _use_at(editor, params)
-    if found is None:
+    hit = _use_at(editor, params)
+    if hit is None:
         return None
     with_declaration = params.context.include_declaration
     places = (
         editor.location_of(source, use.at, use.end)
-        for source, use in uses_of(found[0].workspace, found[1].symbol)
+        for source, use in uses_of(hit[0].workspace, hit[1].symbol)
         if with_declaration or not use.is_declaration
     )
     return [place for place in places if place is not None]
@@ -98,10 +98,10 @@ def highlights(
     editor: Editor, params: types.DocumentHighlightParams
 ) -> list[types.DocumentHighlight] | None:
     """Return the uses in the document of the name at a position: read, or written to."""
-    found = _use_at(editor, params)
-    if found is None:
+    hit = _use_at(editor, params)
+    if hit is None:
         return None
-    place, at = found
+    place, at = hit
     result = []
     for use in place.workspace.uses_of(place.source):
         where = editor.range_of(place.source, use.at, use.end)
@@ -123,9 +123,9 @@ def document_symbols(
     """Return what a document declares, as a tree."""
     for _, checking, source in editor.sources_of(params.text_document.uri):
         return [
-            made
+            symbol
             for outline in outline_in(checking, source)
-            if (made := _document_symbol(editor, source, outline)) is not None
+            if (symbol := _document_symbol(editor, source, outline)) is not None
         ]
     return []
 
@@ -140,9 +140,9 @@ def _document_symbol(
     if name is None:
         return None
     children = [
-        made
+        child_symbol
         for child in outline.children
-        if (made := _document_symbol(editor, source, child)) is not None
+        if (child_symbol := _document_symbol(editor, source, child)) is not None
     ]
     everything = [name, *(child.range for child in children)]
     whole = types.Range(
@@ -165,7 +165,7 @@ def workspace_symbols(
     """Return the symbols of all projects with these letters in their name, in this order."""
     editor.update()
     wanted = params.query.lower()
-    found: dict[tuple[str, str, int], types.WorkspaceSymbol] = {}
+    symbols: dict[tuple[str, str, int], types.WorkspaceSymbol] = {}
     for workspace in editor.projects:
         if workspace.checking is None:
             continue
@@ -175,7 +175,7 @@ def workspace_symbols(
             location = editor.declaration_of(symbol)
             if location is not None:
                 key = (location.uri, symbol.name, location.range.start.line)
-                found.setdefault(
+                symbols.setdefault(
                     key,
                     types.WorkspaceSymbol(
                         location,
@@ -184,9 +184,9 @@ def workspace_symbols(
                         container_name=symbol.container or None,
                     ),
                 )
-            if len(found) >= _MOST_SYMBOLS:
-                return list(found.values())
-    return list(found.values())
+            if len(symbols) >= _MOST_SYMBOLS:
+                return list(symbols.values())
+    return list(symbols.values())
 
 
 def _all_symbols(workspace: Workspace, checking: WarmChecking) -> Iterator[DeclaredSymbol]:
@@ -213,10 +213,10 @@ def call_items(
     editor: Editor, params: types.CallHierarchyPrepareParams
 ) -> list[types.CallHierarchyItem] | None:
     """Return the routine that is named at a position."""
-    found = _use_at(editor, params)
-    if found is None or found[1].symbol.kind not in (*_CALLED, SymbolKind.BLOCK):
+    hit = _use_at(editor, params)
+    if hit is None or hit[1].symbol.kind not in (*_CALLED, SymbolKind.BLOCK):
         return None
-    item = _item(editor, found[1].symbol)
+    item = _item(editor, hit[1].symbol)
     return None if item is None else [item]
 
 
@@ -250,10 +250,10 @@ def incoming_calls(
     editor: Editor, params: types.CallHierarchyIncomingCallsParams
 ) -> list[types.CallHierarchyIncomingCall] | None:
     """Return the routines that name a routine."""
-    found = _symbol_of_item(editor, params.item)
-    if found is None:
+    callee = _symbol_of_item(editor, params.item)
+    if callee is None:
         return None
-    workspace, checking, symbol = found
+    workspace, checking, symbol = callee
     callers: dict[str, tuple[DeclaredSymbol, list[types.Range]]] = {}
     for source, use in uses_of(workspace, symbol):
         routine = None if use.is_declaration else routine_at(checking, source, use.at)
@@ -283,10 +283,10 @@ def outgoing_calls(
     editor: Editor, params: types.CallHierarchyOutgoingCallsParams
 ) -> list[types.CallHierarchyOutgoingCall] | None:
     """Return the routines that a routine names."""
-    found = _symbol_of_item(editor, params.item)
-    if found is None or found[2].source is None:
+    caller = _symbol_of_item(editor, params.item)
+    if caller is None or caller[2].source is None:
         return None
-    workspace, checking, symbol = found
+    workspace, checking, symbol = caller
     source = symbol.source
     assert source is not None
     called: dict[DeclaredSymbol, list[types.Range]] = {}

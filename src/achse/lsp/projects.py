@@ -69,11 +69,11 @@ class Projects:
         if known or file.suffix.lower() not in SOURCES:
             return known
         place, libraries = self._nearest(file)
-        found = self._loaded(place, libraries)
-        if not found.has(file) and place != file and file.is_file():
+        workspace = self._loaded(place, libraries)
+        if not workspace.has(file) and place != file and file.is_file():
             self._alone.add(file_key(file))
-            found = self._loaded(file, ())
-        return [found]
+            workspace = self._loaded(file, ())
+        return [workspace]
 
     def _nearest(self, file: Path) -> tuple[Path, tuple[Path, ...]]:
         tops = [folder for folder in self.folders if file.is_relative_to(folder)]
@@ -94,7 +94,7 @@ class Projects:
     def _loaded(self, place: Path, libraries: Iterable[Path]) -> Workspace:
         key = file_key(place)
         if key not in self._workspaces:
-            made = Workspace(
+            workspace = Workspace(
                 place,
                 libraries=[*libraries, *self._libraries],
                 defines=self._defines,
@@ -102,7 +102,7 @@ class Projects:
                 lint_rules=lint_options,
                 open_files=dict(self._contents.values()),
             )
-            self._workspaces[key] = made
+            self._workspaces[key] = workspace
         return self._workspaces[key]
 
     def edit(self, contents: Mapping[Path, bytes]) -> None:
@@ -139,16 +139,16 @@ class Projects:
     def findings(self) -> Mapping[Path, dict[tuple[Diagnostic, str], None]]:
         """Return all findings by file, each with its kind: errors, warnings, unreached, and of the
         linter, as far as it ran since the last edit, failing or lint."""
-        found: dict[Path, dict[tuple[Diagnostic, str], None]] = {}
+        by_file: dict[Path, dict[tuple[Diagnostic, str], None]] = {}
         for workspace in self:
             for kind, findings in workspace.findings._asdict().items():
                 for one in findings:
                     file = workspace.file_of(one)
-                    found.setdefault(file, {})[one, kind] = None
+                    by_file.setdefault(file, {})[one, kind] = None
             for one in workspace.lint() if workspace.is_linted else ():
                 kind = "failing" if workspace.lint_options.fails(one.code) else "lint"
-                found.setdefault(workspace.file_of(one), {})[one, kind] = None
-        return found
+                by_file.setdefault(workspace.file_of(one), {})[one, kind] = None
+        return by_file
 
 
 def _station_rows(file: Path) -> list[tuple[Path, tuple[Path, ...]]]:

@@ -74,16 +74,16 @@ def rename(editor: Editor, params: types.RenameParams) -> types.WorkspaceEdit | 
     _check_name(new)
     group = _same_contract(place, use.symbol)
     uses = {
-        (source.file, found.at): (source, found)
+        (source.file, occurrence.at): (source, occurrence)
         for symbol in group
-        for source, found in uses_of(place.workspace, symbol)
+        for source, occurrence in uses_of(place.workspace, symbol)
     }
     if new.lower() != use.symbol.name.lower():
         _check_unused(place, group, new)
     _check_drawings(place, group)
     edits: dict[str, list[types.TextEdit]] = {}
-    for source, found in uses.values():
-        location = editor.location_of(source, found.at, found.end)
+    for source, occurrence in uses.values():
+        location = editor.location_of(source, occurrence.at, occurrence.end)
         file = None if location is None else editor.file_of(location.uri)
         document = None if file is None else editor.document_of(file)
         if location is None or document is None:
@@ -131,15 +131,15 @@ def _same_contract(place: CursorPlace, symbol: DeclaredSymbol) -> list[DeclaredS
             if line & related and not line <= related:
                 related |= line
                 grows = True
-    found = []
+    overrides = []
     for unit in related:
         part = checking.blocks.own_parts(unit)[key]
-        made = DeclaredSymbol(
+        override = DeclaredSymbol(
             part.name, symbol.kind, unit.source, part, unit.name, None, unit, identity=id(part)
         )
-        _check_symbol(made)
-        found.append(made)
-    return found
+        _check_symbol(override)
+        overrides.append(override)
+    return overrides
 
 
 def _check_unused(place: CursorPlace, group: list[DeclaredSymbol], new: str) -> None:
@@ -170,7 +170,7 @@ def _check_unused(place: CursorPlace, group: list[DeclaredSymbol], new: str) -> 
 def _check_drawings(place: CursorPlace, group: list[DeclaredSymbol]) -> None:
     """Raise `RenameRefused` if a drawn body may use the name where its place is not known."""
     checking, key = place.checking, group[0].name.lower()
-    for routine in checking.routines.made:
+    for routine in checking.routines.created:
         body = routine.body
         if not isinstance(body, GraphicalBody) or checking.checked(routine.key) is None:
             continue
@@ -229,8 +229,8 @@ def _names_in_xml(
         else:
             patterns.append(rf'<LineIds\b[^>]*?\bName="({old})[".]')
         for pattern in patterns:
-            for found in re.finditer(pattern, document.text, re.IGNORECASE):
+            for match in re.finditer(pattern, document.text, re.IGNORECASE):
                 where = types.Range(
-                    document.position_at(found.start(1)), document.position_at(found.end(1))
+                    document.position_at(match.start(1)), document.position_at(match.end(1))
                 )
                 yield editor.uri_of(file), types.TextEdit(where, new)

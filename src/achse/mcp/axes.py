@@ -75,7 +75,7 @@ async def axis_report(axis: RemoteAxis) -> AxisReport:
 
 def bus_reports(station: Station) -> list[BusReport]:
     """Return the buses of a station: slaves in the order of the line, drives with their state."""
-    found = []
+    reports = []
     for name, bus in station.fieldbuses.items():
         drives = dict(zip(map(id, bus.slaves), getattr(bus, "drives", ()), strict=False))
         slaves = []
@@ -91,8 +91,8 @@ def bus_reports(station: Station) -> list[BusReport]:
                     power_state="" if drive is None else drive.power_state.name.lower(),
                 )
             )
-        found.append(BusReport(name=name, operational=bus.master.operational, slaves=slaves))
-    return found
+        reports.append(BusReport(name=name, operational=bus.master.operational, slaves=slaves))
+    return reports
 
 
 def _state(number: int) -> str:

@@ -48,17 +48,17 @@ def find_symbols(
 ) -> SymbolMatches:
     """Return symbols whose whole name has a text in it, without case; units first."""
     wanted = pattern.lower()
-    found: list[tuple[int, SymbolMatch]] = []
+    matches: list[tuple[int, SymbolMatch]] = []
     for source, outline in _outlines(workspace):
         for name, symbol in _named("", outline):
             if wanted in name.lower():
                 line = source.locate(symbol.place).line
                 file = folder.name(Path(source.file))
                 entry = SymbolMatch(name=name, kind=symbol.kind.value, file=file, line=line)
-                found.append((name.count("."), entry))
-    found.sort(key=lambda one: one[0])
-    symbols = [entry for _, entry in found[:most]]
-    return SymbolMatches(symbols=symbols, left_out=max(0, len(found) - most))
+                matches.append((name.count("."), entry))
+    matches.sort(key=lambda one: one[0])
+    symbols = [entry for _, entry in matches[:most]]
+    return SymbolMatches(symbols=symbols, left_out=max(0, len(matches) - most))
 
 
 def read_unit(workspace: Workspace, folder: ProjectFolder, name: str, most: int) -> CodeExcerpt:

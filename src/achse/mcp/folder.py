@@ -33,14 +33,14 @@ class ProjectFolder:
         if not text or len(text) > _LONGEST_PATH or not text.isprintable() or _is_remote(text):
             raise FolderError(f"expected a path below the project's folder, got {text[:80]!r}")
         try:
-            found = (self.root / text).resolve()
+            resolved = (self.root / text).resolve()
         except (OSError, RuntimeError):
             raise FolderError(f"{text!r:.120} cannot be resolved") from None
-        if not found.is_relative_to(self.root):
+        if not resolved.is_relative_to(self.root):
             raise FolderError(f"{text!r:.120} is outside of the project's folder")
-        if not found.exists():
+        if not resolved.exists():
             raise FolderError(f"no file or folder {text!r:.120} in the project's folder")
-        return found
+        return resolved
 
     def name(self, path: Path) -> str:
         """Return how a path is written in answers: from the project's folder."""
@@ -98,16 +98,16 @@ class ProjectFolder:
             plc.model_copy(update={"budget": min(plc.budget, _LARGEST_BUDGET)})
             for plc in config.plc
         )
-        found = config.model_copy(update=simulated)
-        for text in _texts(found.model_dump(exclude={"router"})):
+        restricted = config.model_copy(update=simulated)
+        for text in _texts(restricted.model_dump(exclude={"router"})):
             if not self._is_harmless(base, text):
                 raise FolderError(f"station.toml: {text!r:.120} is outside of the project's folder")
-        for plc in found.plc:
+        for plc in restricted.plc:
             for name in filter(None, (plc.sources, *plc.libraries)):
                 path = base / name
                 if path.suffix.lower() != LIBRARY_TYPES:
                     self.sources(path)
-        return found
+        return restricted
 
     def _refuse_foreign(self, config: StationConfig) -> None:
         foreign = {

@@ -86,9 +86,9 @@ def compared(
         one, other = a.data[name], b.data[name]
         if len(one) != len(other):
             lengths[name] = [len(one), len(other)]
-        found = _difference(name, one, other, tolerance)
-        if found is not None:
-            differences.append(found)
+        difference = _difference(name, one, other, tolerance)
+        if difference is not None:
+            differences.append(difference)
     only_a = [] if names else [name for name in a.data if name not in set(b.data)]
     only_b = [] if names else [name for name in b.data if name not in set(a.data)]
     differences.sort(key=lambda one: one.first_at)

@@ -50,19 +50,19 @@ class SourceTools:
         """Explain the code of a finding (ST4101): its meaning, remedy, an example wrong and
         right."""
         try:
-            found = explanation_of(Code(code.strip().upper()))
+            explanation = explanation_of(Code(code.strip().upper()))
         except ValueError:
             near = did_you_mean(code, map(str, Code))
             raise CodeError(
                 f"expected the code of a finding, like ST4101, got {code!r:.40}{near}"
             ) from None
         return CodeExplanation(
-            code=str(found.code),
-            title=found.title,
-            meaning=found.meaning,
-            remedy=found.remedy,
-            wrong=dict(found.wrong),
-            right=dict(found.right),
+            code=str(explanation.code),
+            title=explanation.title,
+            meaning=explanation.meaning,
+            remedy=explanation.remedy,
+            wrong=dict(explanation.wrong),
+            right=dict(explanation.right),
         )
 
     async def find_symbols(

@@ -89,13 +89,13 @@ class StationTools:
         if a PLC stops."""
         opened = await self._open.station(station)
         async with opened.in_use():
-            asked = seconds if not cycles else self._length(opened, cycles)
+            duration = seconds if not cycles else self._length(opened, cycles)
 
             async def progress(passed: float) -> None:
-                await ctx.report_progress(passed, asked)
+                await ctx.report_progress(passed, duration)
 
             channels = [channel_of(name, f"record[{n}]") for n, name in enumerate(record, 1)]
-            report, recording = await opened.run(asked, channels, progress)
+            report, recording = await opened.run(duration, channels, progress)
         if recording is not None:
             report.run = self._open.keep(recording)
         return report
@@ -114,26 +114,26 @@ class StationTools:
     async def read(self, station: _Handle, names: _Names) -> VariableValues:
         """Read variables by name: MAIN.nCount; 500:… is one of another AMS port."""
         opened = await self._open.station(station)
-        found = VariableValues(values={}, errors={})
+        results = VariableValues(values={}, errors={})
         async with opened.in_use():
             for name in names:
-                await self._read(opened, name, found)
-        return found
+                await self._read(opened, name, results)
+        return results
 
     @staticmethod
-    async def _read(opened: OpenStation, name: str, found: VariableValues) -> None:
+    async def _read(opened: OpenStation, name: str, results: VariableValues) -> None:
         found_port = _PORT.match(name)
         path = name[found_port.end() :] if found_port else name
         try:
             target = opened.client.at_port(int(found_port[1])) if found_port else opened.client
             value = as_json(await target.type_of(path), await target.read(path))
         except (AdsError, ValueError) as error:
-            found.errors[name] = str(error)
+            results.errors[name] = str(error)
             return
         if len(str(value)) > _MOST_TEXT:
-            found.errors[name] = "too long: read elements or members of it"
+            results.errors[name] = "too long: read elements or members of it"
             return
-        found.values[name] = value
+        results.values[name] = value
 
     async def write(
         self,
@@ -144,26 +144,26 @@ class StationTools:
         Returns the values read back."""
         opened = await self._open.station(station)
         self._check_may_write(opened)
-        found = VariableValues(values={}, errors={})
+        results = VariableValues(values={}, errors={})
         async with opened.in_use():
             for name, value in values.items():
                 try:
                     await self._write(opened, name, value)
                 except (AdsError, IecError, ValueError) as error:
-                    found.errors[name] = str(error)
+                    results.errors[name] = str(error)
                     continue
-                await self._read(opened, name, found)
-        return found
+                await self._read(opened, name, results)
+        return results
 
     @staticmethod
     async def _write(opened: OpenStation, name: str, value: bool | float | str) -> None:
-        given: Any = value
+        parsed: Any = value
         if isinstance(value, str):
             try:
-                given = parse_value(await opened.client.type_of(name), value)
+                parsed = parse_value(await opened.client.type_of(name), value)
             except IecError:
-                given = value
-        await opened.client.write(name, given)
+                parsed = value
+        await opened.client.write(name, parsed)
 
     def _check_may_write(self, opened: OpenStation) -> None:
         if not opened.is_simulated and not self._may_write:

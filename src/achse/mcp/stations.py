@@ -154,7 +154,7 @@ class OpenStations:
 
         Raises ConfigError, FolderError, and HandleError if calls use all stations.
         """
-        station = await to_thread.run_sync(self._made, path)
+        station = await to_thread.run_sync(self._create_station, path)
         client = await connect(
             station.router,
             advance=self._advance_of(station),
@@ -181,7 +181,7 @@ class OpenStations:
 
         return advance
 
-    def _made(self, path: Path) -> Station:
+    def _create_station(self, path: Path) -> Station:
         if path.suffix.lower() == ".toml":
             config, base = load(path), path.parent
         else:

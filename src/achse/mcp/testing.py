@@ -57,7 +57,7 @@ def unit_test_report(
 
 
 def _report(run: TestRun, folder: ProjectFolder, most: int, everything: bool) -> TestReport:
-    told = [test for test in run if everything or not test.is_good]
+    listed = [test for test in run if everything or not test.is_good]
     place = f"{run.problem_place}: " if run.problem_place else ""
     return TestReport(
         ok=run.is_good,
@@ -67,8 +67,8 @@ def _report(run: TestRun, folder: ProjectFolder, most: int, everything: bool) ->
         unfinished=run.count(TestOutcome.UNFINISHED),
         plc_time_s=run.duration,
         problem=f"{place}{run.problem}" if run.problem else "",
-        tests=[_result(test, folder) for test in told[:most]],
-        left_out=max(0, len(told) - most),
+        tests=[_result(test, folder) for test in listed[:most]],
+        left_out=max(0, len(listed) - most),
     )
 
 

@@ -50,13 +50,13 @@ class WarmProjects:
         stamps = self._stamps(path, listed)
         known = self._projects.pop(key, None)
         if known is None:
-            made = Workspace(
+            workspace = Workspace(
                 path,
                 libraries=libraries,
                 predefined=lists_of_runtime,
                 lint_rules=partial(lint_options, top=self._folder.root),
             )
-            known = _WarmProject(made, stamps)
+            known = _WarmProject(workspace, stamps)
         elif known.stamps.keys() != stamps.keys():
             known.workspace.load()
         else:
@@ -83,14 +83,14 @@ class WarmProjects:
     def _stamps(self, path: Path, files: Iterable[Path]) -> dict[Path, _Stamp]:
         """Return what tells an edited file: its times and size, of the project's file and of
         achse.toml too."""
-        found: dict[Path, _Stamp] = {}
+        stamps: dict[Path, _Stamp] = {}
         beside = [path] if path.is_file() else sorted(path.glob("*.plcproj"))
         options = (folder / FILE for folder in (path, *path.parents))
         beside += [one for one in options if one.is_file() and self._folder.has(one)]
         for file in (*files, *beside):
             stat = file.stat()
-            found[file] = stat.st_mtime_ns, stat.st_ctime_ns, stat.st_size
-        return found
+            stamps[file] = stat.st_mtime_ns, stat.st_ctime_ns, stat.st_size
+        return stamps
 
     def check(self, project: str, most: int) -> CheckReport:
         """Return the findings of a project, errors first. Raises what `of` does, and
@@ -99,7 +99,7 @@ class WarmProjects:
         if workspace.lint_failure:
             raise LintOptionsError(workspace.lint_failure)
         found_by_kind = {**workspace.findings._asdict(), "lint": workspace.lint()}
-        found = [
+        findings = [
             CodeFinding(
                 severity=_SEVERITY[kind],
                 code=str(one.code),
@@ -118,8 +118,8 @@ class WarmProjects:
             ok=not errors,
             sources=len(workspace.sources),
             errors=errors,
-            warnings=len(found) - errors - len(found_by_kind["lint"]),
+            warnings=len(findings) - errors - len(found_by_kind["lint"]),
             lint=len(found_by_kind["lint"]),
-            findings=found[:most],
-            left_out=max(0, len(found) - most),
+            findings=findings[:most],
+            left_out=max(0, len(findings) - most),
         )

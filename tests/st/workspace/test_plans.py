@@ -55,7 +55,7 @@ def test_an_edit_checks_what_has_a_changed_name(
     assert workspace.edit(tmp_path / name, text.encode()) is Extent.DECLARATIONS
     (plan,) = plans
     assert {one.key for one in plan.again} == again
-    assert {one.key for one in plan.kept} >= kept_keys
+    assert {one.key for one in plan.unchanged} >= kept_keys
     assert workspace.findings == cold_findings(tmp_path, {tmp_path / name: text})
 
 

@@ -35,7 +35,7 @@ def test_words_before_a_dot_are_apart(workspace: Workspace) -> None:
     assert checking is not None
     main = workspace.source_of(workspace.path / "POUs" / "MAIN.TcPOU")
     assert main is not None
-    routines = [one for one in checking.routines.made if one.source is main]
+    routines = [one for one in checking.routines.created if one.source is main]
     words = WordIndex().of_routines(main, routines)
     assert {"gvl.", "ncount", "fbdrive", "fbdrive.", "position"} <= words["main"]
     assert "gvl" not in words["main"]

@@ -131,7 +131,7 @@ class Routines:
         tree = entry.tree
         assert isinstance(tree, Function)
         scope = self._names.scopes.scope(entry)
-        return self._made(
+        return self._create(
             entry.name, RoutineKind.FUNCTION, entry, tree, scope, None, tree.returns, tree.name
         )
 
@@ -141,7 +141,7 @@ class Routines:
         assert isinstance(tree, FunctionBlock | Program)
         kind = RoutineKind.BODY if isinstance(tree, FunctionBlock) else RoutineKind.PROGRAM
         scope = self._names.scopes.scope(entry)
-        return self._made(entry.name, kind, entry, tree, scope, self.this(entry), None, "")
+        return self._create(entry.name, kind, entry, tree, scope, self.this(entry), None, "")
 
     def of_method(self, entry: DeclaredUnit, tree: Method) -> Signature:
         """Return a method of a block, program or interface. Raises `Failed`."""
@@ -149,13 +149,15 @@ class Routines:
         scope = self._inside(entry, name, tree.blocks)
         kind = RoutineKind.METHOD
         this = self.this(entry)
-        return self._made(name, kind, entry, tree, scope, this, tree.returns, tree.name)
+        return self._create(name, kind, entry, tree, scope, this, tree.returns, tree.name)
 
     def of_action(self, entry: DeclaredUnit, tree: Action) -> Signature:
         """Return an action. Raises `Failed`."""
         name = f"{entry.name}.{tree.name}"
         scope = self._inside(entry, name, ())
-        return self._made(name, RoutineKind.ACTION, entry, tree, scope, self.this(entry), None, "")
+        return self._create(
+            name, RoutineKind.ACTION, entry, tree, scope, self.this(entry), None, ""
+        )
 
     def of_accessor(self, entry: DeclaredUnit, tree: Property, *, get: bool) -> Signature | None:
         """GET or SET of a property; None if it has none. Raises `Failed`."""
@@ -170,9 +172,9 @@ class Routines:
         kind = RoutineKind.GET if get else RoutineKind.SET
         returns = tree.type if get else None
         this = self.this(entry)
-        made = self._made(name, kind, entry, accessor, scope, this, returns, tree.name, tree)
-        made.accessor_of = tree
-        return made
+        signature = self._create(name, kind, entry, accessor, scope, this, returns, tree.name, tree)
+        signature.accessor_of = tree
+        return signature
 
     def made_again(self, known: Signature) -> Signature:
         """Return the signature of a routine once more, with an empty frame. Raises `Failed`."""
@@ -191,9 +193,9 @@ class Routines:
                 return self.of_action(entry, tree)
         owner = known.accessor_of
         assert owner is not None
-        made = self.of_accessor(entry, owner, get=known.kind is RoutineKind.GET)
-        assert made is not None
-        return made
+        signature = self.of_accessor(entry, owner, get=known.kind is RoutineKind.GET)
+        assert signature is not None
+        return signature
 
     def forget(self, is_touched: Callable[[DeclaredUnit], bool]) -> None:
         """Forget the signatures in units that were declared again, and those that failed."""
@@ -217,7 +219,7 @@ class Routines:
         return key in self._outdated
 
     @property
-    def made(self) -> list[Signature]:
+    def created(self) -> list[Signature]:
         """The signatures so far, those too that are to be made again."""
         current = [one for one in self._signature_by_key.values() if one is not None]
         return current + list(self._outdated.values())
@@ -253,7 +255,7 @@ class Routines:
 
     # frames ----------------------------------------------------------------------------------
 
-    def _made(
+    def _create(
         self,
         name: str,
         kind: RoutineKind,
@@ -274,89 +276,95 @@ class Routines:
         self._signature_by_key[key] = None
         self._outdated.pop(key, None)
         frame = VariableFrame(name, self._names.rules)
-        made = Signature(key, name, kind, entry, tree, scope, frame, this)
+        signature = Signature(key, name, kind, entry, tree, scope, frame, this)
         with self._names.scopes.inside(entry.source):
             if returns is not None:
                 initial = None if property is None else property.initial
-                made.result = self._result(made, returns, result, initial)
+                signature.result = self._result(signature, returns, result, initial)
             if kind is RoutineKind.SET and property is not None:
                 type = self._names.type_of(property.type, scope, name)
                 value = frame.add(Variable(type, name=property.name, section=Section.INPUT))
-                made.parameters.append(DeclaredParameter(value, "VAR_INPUT", type))
-            self._fill(made, tuple(getattr(tree, "blocks", ())))
-        self._signature_by_key[key] = made
-        return made
+                signature.parameters.append(DeclaredParameter(value, "VAR_INPUT", type))
+            self._fill(signature, tuple(getattr(tree, "blocks", ())))
+        self._signature_by_key[key] = signature
+        return signature
 
     def _result(
-        self, made: Signature, returns: TypeSpec, name: str, initial: Initial | None
+        self, signature: Signature, returns: TypeSpec, name: str, initial: Initial | None
     ) -> Variable[Any, Any]:
         """Return the variable that a routine's result is in, at its first value."""
         if initial is None:
-            type = self._names.type_of(returns, made.scope, made.name)
-            return made.frame.add(Variable(type, name=name, section=Section.OUTPUT))
+            type = self._names.type_of(returns, signature.scope, signature.name)
+            return signature.frame.add(Variable(type, name=name, section=Section.OUTPUT))
         named = (Name(name, initial.at),)
         declaration = Declaration(named, None, returns, (), initial, NO_NOTE)
         block = VarBlock("VAR_OUTPUT", (), (declaration,), NO_NOTE, initial.at)
-        ((variable, _),) = self._names.records.declared(block, declaration, made.scope)
-        placed = made.frame.add(variable)
+        ((variable, _),) = self._names.records.declared(block, declaration, signature.scope)
+        placed = signature.frame.add(variable)
         if placed.start_values:
-            made.starts.append((declaration, placed))
+            signature.starts.append((declaration, placed))
         return placed
 
-    def _fill(self, made: Signature, blocks: tuple[VarBlock, ...]) -> None:
+    def _fill(self, signature: Signature, blocks: tuple[VarBlock, ...]) -> None:
         """Put the variables of a routine where they belong."""
-        in_record = made.kind in (RoutineKind.BODY, RoutineKind.PROGRAM)
+        in_record = signature.kind in (RoutineKind.BODY, RoutineKind.PROGRAM)
         if in_record:
-            self._parameters_of_record(made)
+            self._parameters_of_record(signature)
         else:
             for block in blocks:
                 if block.section in _PARAMETERS:
                     for declaration in block.variables:
-                        self._parameter(made, block, declaration)
+                        self._parameter(signature, block, declaration)
         for block in blocks:
             for declaration in block.variables:
-                self._local(made, block, declaration, in_record)
+                self._local(signature, block, declaration, in_record)
 
     def _local(
-        self, made: Signature, block: VarBlock, declaration: Declaration, in_record: bool
+        self, signature: Signature, block: VarBlock, declaration: Declaration, in_record: bool
     ) -> None:
         names = self._names
         section = block.section
         if in_record and section != "VAR_TEMP":
             return
-        if section == "VAR_INST" and made.this is not None:
-            method = made.name.rpartition(".")[2]
+        if section == "VAR_INST" and signature.this is not None:
+            method = signature.name.rpartition(".")[2]
             for item in declaration.names:
-                made.members[item.name.lower()] = instance_member(made.this, method, item.name)
+                signature.members[item.name.lower()] = instance_member(
+                    signature.this, method, item.name
+                )
             return
         if section in ("VAR_STAT", "VAR_INST") or (
             section in _LOCALS and "CONSTANT" in block.qualifiers
         ):
-            for variable, _ in names.records.declared(block, declaration, made.scope):
-                base = StaticBase(made.name, variable)
-                made.statics[variable.name.lower()] = base
+            for variable, _ in names.records.declared(block, declaration, signature.scope):
+                base = StaticBase(signature.name, variable)
+                signature.statics[variable.name.lower()] = base
             return
         if section not in _LOCALS:
             return
-        for variable, at in names.records.declared(block, declaration, made.scope):
-            if made.frame.find(variable.name.lower()) is not None:
+        for variable, at in names.records.declared(block, declaration, signature.scope):
+            if signature.frame.find(variable.name.lower()) is not None:
                 raise Unexpected(
-                    at, f"{made.name} has two variables named {variable.name}", Code.DUPLICATE_NAME
+                    at,
+                    f"{signature.name} has two variables named {variable.name}",
+                    Code.DUPLICATE_NAME,
                 )
-            placed = made.frame.add(variable)
+            placed = signature.frame.add(variable)
             if declaration.initial is not None or declaration.arguments or placed.type.is_view:
-                made.starts.append((declaration, placed))
+                signature.starts.append((declaration, placed))
 
-    def _parameter(self, made: Signature, block: VarBlock, declaration: Declaration) -> None:
+    def _parameter(self, signature: Signature, block: VarBlock, declaration: Declaration) -> None:
         names = self._names
-        for variable, at in names.records.declared(block, declaration, made.scope):
-            if made.frame.find(variable.name.lower()) is not None:
+        for variable, at in names.records.declared(block, declaration, signature.scope):
+            if signature.frame.find(variable.name.lower()) is not None:
                 raise Unexpected(
-                    at, f"{made.name} has two variables named {variable.name}", Code.DUPLICATE_NAME
+                    at,
+                    f"{signature.name} has two variables named {variable.name}",
+                    Code.DUPLICATE_NAME,
                 )
-            placed = made.frame.add(variable)
-            bounds = [made.frame.hidden(name, DINT) for name in _bounds(declaration, placed)]
-            made.parameters.append(
+            placed = signature.frame.add(variable)
+            bounds = [signature.frame.hidden(name, DINT) for name in _bounds(declaration, placed)]
+            signature.parameters.append(
                 DeclaredParameter(
                     placed,
                     block.section,
@@ -367,22 +375,22 @@ class Routines:
                 )
             )
             if declaration.initial is not None and variable.start_values:
-                made.starts.append((declaration, placed))
+                signature.starts.append((declaration, placed))
 
-    def _parameters_of_record(self, made: Signature) -> None:
+    def _parameters_of_record(self, signature: Signature) -> None:
         """Add the parameters of a block (with its bases) or a program: members of its record."""
-        record = made.this
+        record = signature.this
         if record is None:
-            record = self._names.unit(made.entry).__iec__
-        scopes = list(with_bases(made.scope))
+            record = self._names.unit(signature.entry).__iec__
+        scopes = list(with_bases(signature.scope))
         for member in record.members:
             for scope in scopes:
-                found = scope.variables.get(member.name.lower())
-                if found is None or found[0].section not in _PARAMETERS:
+                declared = scope.variables.get(member.name.lower())
+                if declared is None or declared[0].section not in _PARAMETERS:
                     continue
-                block, declaration = found
+                block, declaration = declared
                 bounds = tuple(record.member(name) for name in _bounds(declaration, member))
-                made.parameters.append(
+                signature.parameters.append(
                     DeclaredParameter(
                         member,
                         block.section,

@@ -135,12 +135,12 @@ class WarmChecking(Checking):
         units: Collection[str],
         words: Collection[str],
         routines: Iterable[Signature],
-        kept: Iterable[Signature] = (),
+        unchanged: Iterable[Signature] = (),
     ) -> None:
         """Check units that were declared again, keys in lower case, with all that they need, and
-        routines of others. `words` are the names of these units and of their contents; `kept` are
-        routines of these units with the same findings."""
-        dropped = self._forget(units, words, list(kept))
+        routines of others. `words` are the names of these units and of their contents; `unchanged`
+        are routines of these units with the same findings."""
+        dropped = self._forget(units, words, list(unchanged))
         self._needed = None
         for known in routines:
             self.nodes.pop(known.key)
@@ -156,11 +156,11 @@ class WarmChecking(Checking):
         self.is_exact &= lost.isdisjoint(self._reachable())
 
     def _forget(
-        self, units: Collection[str], words: Collection[str], kept: Collection[Signature]
+        self, units: Collection[str], words: Collection[str], unchanged: Collection[Signature]
     ) -> set[str]:
         """Forget all about units but some routines; return the nodes that are gone."""
         self._known_faults = len(self.names.scopes.faults)
-        remaining = {routine.key for routine in kept}
+        remaining = {routine.key for routine in unchanged}
         dropped = {
             key for key in self.nodes if is_instance_of_any(self._owner_of(key), units)
         } - remaining
@@ -180,15 +180,15 @@ class WarmChecking(Checking):
             key for key in self._requested_records if not is_instance_of_any(key, units)
         }
         self._functions = {
-            k: found for k, found in self._functions.items() if _last(k) not in words
+            k: function for k, function in self._functions.items() if _last(k) not in words
         }
         self.plain_names = {
-            key: found for key, found in self.plain_names.items() if _last(key[1]) not in words
+            key: name for key, name in self.plain_names.items() if _last(key[1]) not in words
         }
         self._pointers.clear()
         self.blocks = Blocks(self.names)
         self.routines.forget(lambda entry: is_instance_of_any(entry.name.lower(), units))
-        self.routines.outdate(kept)
+        self.routines.outdate(unchanged)
         self.life.forget(lambda key: is_instance_of_any(key.rpartition(".")[0], units))
         return dropped
 
@@ -261,13 +261,13 @@ class WarmChecking(Checking):
 
     def _reachable(self) -> set[str]:
         if self._needed is None:
-            found, waiting = {_ROOT}, [_ROOT]
+            reachable, waiting = {_ROOT}, [_ROOT]
             while waiting:
                 node = self.nodes.get(waiting.pop())
-                fresh = set() if node is None else node.needs - found
-                found |= fresh
+                fresh = set() if node is None else node.needs - reachable
+                reachable |= fresh
                 waiting += fresh
-            self._needed = found
+            self._needed = reachable
         return self._needed
 
     # which node it is for --------------------------------------------------------------------

@@ -42,8 +42,8 @@ def check_comparisons(
         return
     for routine in routines:
         if routine.source in sources and routine.kind is not RoutineKind.LIFE:
-            for found in comparisons_in(routine.body):
-                report.add(found.code, routine.source, found.at, found.message)
+            for comparison in comparisons_in(routine.body):
+                report.add(comparison.code, routine.source, comparison.at, comparison.message)
 
 
 def comparisons_in(statements: object) -> Iterator[FoundComparison]:

@@ -72,25 +72,25 @@ class DeclaredTypes:
     def __init__(self, scopes: Scopes) -> None:
         self._scopes = scopes
 
-    def unit_of(self, found: DeclaredType | None) -> DeclaredUnit | None:
+    def unit_of(self, declared: DeclaredType | None) -> DeclaredUnit | None:
         """Return the unit that declares a type, behind aliases and references."""
         for _ in range(_MOST_ALIASES):
-            if found is None:
+            if declared is None:
                 return None
-            spec = found.spec
+            spec = declared.spec
             if isinstance(spec, ReferenceTo):
-                found = DeclaredType(spec.target, found.space)
+                declared = DeclaredType(spec.target, declared.space)
                 continue
             if not isinstance(spec, NamedType):
                 return None
-            entry = self._scopes.find(spec.name, found.space)
+            entry = self._scopes.find(spec.name, declared.space)
             if entry is None:
                 return None
             tree = entry.tree
             target = tree.type if isinstance(tree, TypeDeclaration) else None
             if not isinstance(target, NamedType) or target.name.lower() in ELEMENTARY:
                 return entry
-            found = DeclaredType(target, entry.space)
+            declared = DeclaredType(target, entry.space)
         return None
 
     def may_be_block(self, declaration: Declaration, space: str) -> bool:
@@ -160,13 +160,13 @@ class DeclaredTypes:
     ) -> CaseValues | None:
         """Return the values that a path can have in a body of a unit: those of an enumeration or of
         a short range. None if there are more, or if its declaration does not tell them."""
-        found = self.type_of(path, chain, unit)
-        if found is not None and isinstance(found.spec, EnumOf):
-            return _values_in(found.spec)
-        if found is not None and isinstance(found.spec, Subrange):
-            limits = found.spec.limits
+        declared = self.type_of(path, chain, unit)
+        if declared is not None and isinstance(declared.spec, EnumOf):
+            return _values_in(declared.spec)
+        if declared is not None and isinstance(declared.spec, Subrange):
+            limits = declared.spec.limits
             return _values_between(_number(limits.low), _number(limits.high))
-        entry = self.unit_of(found)
+        entry = self.unit_of(declared)
         type = None if entry is None else entry.type
         if isinstance(type, EnumType):
             return CaseValues(type.name, type.numbers)
@@ -180,22 +180,22 @@ class DeclaredTypes:
         while isinstance(path, Member | Index | Dereference | Call):
             steps.append(path)
             path = path.of
-        found: DeclaredType | None = None
+        declared: DeclaredType | None = None
         if isinstance(path, This) and len(steps) > 1 and isinstance(steps[-1], Dereference):
             steps.pop()
             member = steps.pop()
-            found = self._variable(unit, member.name) if isinstance(member, Member) else None
+            declared = self._variable(unit, member.name) if isinstance(member, Member) else None
         elif isinstance(path, Name | GlobalName):
-            found = self._root(path, chain, unit)
+            declared = self._root(path, chain, unit)
             first = steps[-1] if steps else None
-            if found is None and isinstance(path, Name) and isinstance(first, Member):
+            if declared is None and isinstance(path, Name) and isinstance(first, Member):
                 entry = self._scopes.find(path.name, unit.space)
                 if entry is not None and isinstance(entry.tree, GlobalList | Program):
-                    found = self._variable(entry, first.name)
+                    declared = self._variable(entry, first.name)
                     steps.pop()
         for step in reversed(steps):
-            found = self._step(found, step)
-        return found
+            declared = self._step(declared, step)
+        return declared
 
     def _root(
         self,
@@ -220,19 +220,19 @@ class DeclaredTypes:
             return None
         return DeclaredType(tree.returns, entry.space)
 
-    def _step(self, found: DeclaredType | None, step: Expression) -> DeclaredType | None:
-        if found is None or isinstance(step, Call):  # a routine has the type that it returns
-            return found
+    def _step(self, declared: DeclaredType | None, step: Expression) -> DeclaredType | None:
+        if declared is None or isinstance(step, Call):  # a routine has the type that it returns
+            return declared
         if isinstance(step, Member):
-            entry = self.unit_of(found)
+            entry = self.unit_of(declared)
             return None if entry is None else self._variable(entry, step.name)
-        spec = found.spec
+        spec = declared.spec
         while isinstance(spec, ReferenceTo):
             spec = spec.target
         if isinstance(step, Index) and isinstance(spec, ArrayOf):
-            return DeclaredType(spec.element, found.space)
+            return DeclaredType(spec.element, declared.space)
         if isinstance(step, Dereference | Index) and isinstance(spec, PointerTo):
-            return DeclaredType(spec.target, found.space)
+            return DeclaredType(spec.target, declared.space)
         return None
 
     def _variable(self, entry: DeclaredUnit, name: str) -> DeclaredType | None:
@@ -261,8 +261,8 @@ class DeclaredTypes:
                 if part.name.lower() == key and spec is not None:
                     yield DeclaredType(spec, unit.space)
             bases = tree.extends if isinstance(tree, Interface) else (tree.extends,)
-            found = (self._scopes.find(base.name, unit.space) for base in bases if base is not None)
-            waiting += [base for base in found if base is not None]
+            units = (self._scopes.find(base.name, unit.space) for base in bases if base is not None)
+            waiting += [base for base in units if base is not None]
 
 
 def _begins_above_zero(type: object) -> bool:

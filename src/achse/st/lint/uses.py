@@ -94,7 +94,7 @@ class TrackedUnit:
 
 def tracked_units(entries: Iterable[DeclaredUnit]) -> list[TrackedUnit]:
     """Return the units that have variables and bodies."""
-    found = []
+    units = []
     for entry in entries:
         tree = entry.tree
         if isinstance(tree, Function | FunctionBlock | Program | GlobalList):
@@ -104,8 +104,8 @@ def tracked_units(entries: Iterable[DeclaredUnit]) -> list[TrackedUnit]:
                     if owner is not None:
                         own = {} if isinstance(owner, Action) else _declared(owner, entry)
                         unit.parts.append((owner, own))
-            found.append(unit)
-    return found
+            units.append(unit)
+    return units
 
 
 def _declared(owner: Owner, entry: DeclaredUnit) -> TrackedVariables:

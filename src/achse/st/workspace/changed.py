@@ -75,21 +75,21 @@ def changed_names(
 ) -> ChangedNames:
     """Return the names that an edit changes: in a file with these units before and after, and in
     units that it touches, after the edit. Of `wholes`, keys, everything may be other."""
-    found = ChangedNames({key.rpartition(".")[2] for key in touched}, set())
+    changed = ChangedNames({key.rpartition(".")[2] for key in touched}, set())
     for key in wholes:
         if key in touched:
-            _change_whole(found, key, touched[key].names)
+            _change_whole(changed, key, touched[key].names)
     for key in before.keys() | after.keys():
         pair = [units[key] for units in (before, after) if key in units]
         is_apart = len(pair) == 1 or "." in key or key in wholes
         different = None if is_apart else differing(*pair)
         if different is None:
             for unit in pair:
-                _change_whole(found, key, names_of(unit))
+                _change_whole(changed, key, names_of(unit))
         else:
-            found.names.update(different, (f"{name}." for name in different))
-    _spread(found, touched)
-    return found
+            changed.names.update(different, (f"{name}." for name in different))
+    _spread(changed, touched)
+    return changed
 
 
 def names_of(unit: Unit) -> frozenset[str]:
@@ -100,29 +100,29 @@ def names_of(unit: Unit) -> frozenset[str]:
     )
 
 
-def _change_whole(found: ChangedNames, key: str, names: Iterable[str]) -> None:
-    found.wholes.update((key, key.rpartition(".")[2]))
+def _change_whole(changed: ChangedNames, key: str, names: Iterable[str]) -> None:
+    changed.wholes.update((key, key.rpartition(".")[2]))
     for name in names:
-        found.names.update((name, f"{name}."))
+        changed.names.update((name, f"{name}."))
 
 
-def _spread(found: ChangedNames, touched: Mapping[str, UnitMembers]) -> None:
+def _spread(changed: ChangedNames, touched: Mapping[str, UnitMembers]) -> None:
     """Add the members of touched units whose declarations name something that is changed."""
     members = [member for unit in touched.values() for member in unit.members]
     before = -1
-    while len(found.names) + len(found.wholes) > before:
-        before = len(found.names) + len(found.wholes)
-        words = found.words
-        inside = {word for word in words if f"{word}." in found.names} | found.wholes
+    while len(changed.names) + len(changed.wholes) > before:
+        before = len(changed.names) + len(changed.wholes)
+        words = changed.words
+        inside = {word for word in words if f"{word}." in changed.names} | changed.wholes
         for key, unit in touched.items():
-            causes = inside if unit.is_single else found.wholes
-            if key not in found.wholes and not causes.isdisjoint(unit.head):
-                _change_whole(found, key, unit.names)
+            causes = inside if unit.is_single else changed.wholes
+            if key not in changed.wholes and not causes.isdisjoint(unit.head):
+                _change_whole(changed, key, unit.names)
         for member in members:
             if not words.isdisjoint(member.words):
-                found.names.update(member.names)
+                changed.names.update(member.names)
                 if not inside.isdisjoint(member.words):
-                    found.names.update(f"{name}." for name in member.names)
+                    changed.names.update(f"{name}." for name in member.names)
 
 
 def members_of(unit: Unit) -> UnitMembers:
@@ -146,14 +146,14 @@ def unchanged_parts(before: Unit, after: Unit) -> frozenset[str]:
     """Return the names of the parts that are the same, bodies included; an empty one stands for
     the body of the unit itself. All in lower case."""
     later = {part.name.lower(): part for part in getattr(after, "parts", ())}
-    found = {
+    unchanged = {
         part.name.lower()
         for part in getattr(before, "parts", ())
         if part == later.get(part.name.lower())
     }
     if getattr(before, "body", None) == getattr(after, "body", None):
-        found.add("")
-    return frozenset(found)
+        unchanged.add("")
+    return frozenset(unchanged)
 
 
 def words_in(tree: Any, *, is_code: bool = False) -> Iterator[str]:
@@ -191,17 +191,17 @@ def differing(before: Unit, after: Unit) -> Collection[str] | None:
     first, second = _seen(before), _seen(after)
     if first is None or second is None:
         return None
-    found: set[str] = set()
+    keys: set[str] = set()
     for key in first.keys() | second.keys():
         if first.get(key) != second.get(key):
-            found.add(key)
+            keys.add(key)
     for unit in (before, after):
         for block in blocks_of(unit):
             for declaration in block.variables:
                 names = set(_names_in(declaration))
-                if not found.isdisjoint(names):
-                    found |= names
-    return found
+                if not keys.isdisjoint(names):
+                    keys |= names
+    return keys
 
 
 def _head(unit: Any) -> list[object]:
@@ -220,20 +220,20 @@ def _head(unit: Any) -> list[object]:
 
 def _seen(unit: Any) -> Seen | None:
     """Return all that others see of a unit; None if two of its members have one name."""
-    found: dict[str, tuple[object, ...]] = {}
+    contents: dict[str, tuple[object, ...]] = {}
     for block in blocks_of(unit):
         for declaration in block.variables:
             for item in declaration.names:
                 key = item.name.lower()
-                if key in found:
+                if key in contents:
                     return None
-                found[key] = (block.section, block.qualifiers, block.note, declaration)
+                contents[key] = (block.section, block.qualifiers, block.note, declaration)
     for part in getattr(unit, "parts", ()):
         key = part.name.lower()
-        if key in found:
+        if key in contents:
             return None
-        found[key] = (part.__class__, *_seen_of(part))
-    return found
+        contents[key] = (part.__class__, *_seen_of(part))
+    return contents
 
 
 def _seen_of(part: Any) -> Iterator[object]:

@@ -180,7 +180,7 @@ class CheckedProject:
         changed = {id(tree) for tree in edit.make()}
         declaring = {id(tree) for tree in edit.declaring}
         again = []
-        for signature in checking.routines.made:
+        for signature in checking.routines.created:
             is_changed = signature.source is known.source and id(signature.tree) in changed
             if not is_changed:
                 continue
@@ -280,7 +280,7 @@ class CheckedProject:
         if any_list_fails(names, touched.units & sound):
             return False  # units that name other variables of it fail, too
         plan = settled(plan, names, touched, edited) or plan_of_all(checking, touched, self._words)
-        checking.check_touched(touched.units, touched.words, plan.again, plan.kept)
+        checking.check_touched(touched.units, touched.words, plan.again, plan.unchanged)
         if not checking.is_exact or names.scopes.height > DEEPEST:
             return False
         if not self._stubs.hold(files):
@@ -292,9 +292,9 @@ class CheckedProject:
         self, known: Parsed, edited: Parsed, touched: Touched, sources: Sequence[Parsed]
     ) -> bool:
         """Return True if stubs for names of libraries stay as they are."""
-        made = self._stubs
-        assert made is not None
-        return made.leaves_texts((known, edited), sources, self._words) and made.leaves_units(
+        stubs = self._stubs
+        assert stubs is not None
+        return stubs.leaves_texts((known, edited), sources, self._words) and stubs.leaves_units(
             touched, sources, self._words
         )
 
@@ -309,18 +309,18 @@ class CheckedProject:
         assert self._files is not None
         self._take_sources()
         declared = self._files.declared()
-        made: tuple[Parsed, ...] = ()
+        stub_sources: tuple[Parsed, ...] = ()
         checking = self._checked(declared[0])
         if may_need_stubs(self._files, checking):
             complete = self._files.completed(known=declared)
-            made = complete.sources
+            stub_sources = complete.sources
             if complete.declarations is not declared[0]:
                 checking = self._checked(complete.declarations)
         names = checking.names
         self._named = named_sources(names)
         self._mentions, self._uses = {}, {}
         self.checking = checking
-        self._stubs = ProjectStubs(self._files, made, checking)
+        self._stubs = ProjectStubs(self._files, stub_sources, checking)
         self.judge()
 
     def _checked(self, declarations: Declarations) -> WarmChecking:

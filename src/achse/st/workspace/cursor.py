@@ -53,7 +53,7 @@ class OpenCall(NamedTuple):
 def routine_at(checking: WarmChecking, source: Source, offset: int) -> Signature | None:
     """Return the routine whose body or declarations an offset is in."""
     best: tuple[int, Signature] | None = None
-    for routine in checking.routines.made:
+    for routine in checking.routines.created:
         if routine.source is not source or checking.checked(routine.key) is None:
             continue
         for anchor in _anchors(routine):
@@ -81,7 +81,7 @@ def _before(source: Source, offset: int) -> str:
     """Return the code before an offset, without comments and literals."""
     piece = max((one.start for one in source.pieces if one.start <= offset), default=0)
     text = source.text[max(piece, offset - _LONGEST) : offset]
-    return _BLANKED.sub(lambda found: " " * len(found[0]), text)
+    return _BLANKED.sub(lambda match: " " * len(match[0]), text)
 
 
 def completions(checking: WarmChecking, source: Source, offset: int) -> list[DeclaredSymbol]:
@@ -91,8 +91,8 @@ def completions(checking: WarmChecking, source: Source, offset: int) -> list[Dec
         entries = checking.names.scopes.entries.values()
         return [symbol_of_unit(entry) for entry in entries if not entry.is_library]
     text = _before(source, offset)
-    found = _PATH.search(text)
-    path = "" if found is None else found[1].strip()
+    match = _PATH.search(text)
+    path = "" if match is None else match[1].strip()
     if text.rstrip().endswith((".", "^.")) and not path:
         return []
     if not path:
@@ -123,10 +123,10 @@ def _of_library(checking: WarmChecking, name: str) -> list[DeclaredSymbol]:
 def _meaning(body: Any, text: str) -> Meaning | None:
     try:
         tree = parse_expression(text)
-        found: Meaning = body.expressions.meaning(tree)
+        meaning: Meaning = body.expressions.meaning(tree)
     except (SourceError, Unexpected, Failed, IecError, RecursionError):
         return None
-    return found
+    return meaning
 
 
 def _parameters(checking: WarmChecking, call: OpenCall) -> list[DeclaredSymbol]:
@@ -146,10 +146,10 @@ def open_call(checking: WarmChecking, source: Source, offset: int) -> OpenCall |
             depth += 1
         elif sign in "([":
             if depth == 0:
-                found = _CALLED.search(text[:index]) if sign == "(" else None
-                if found is None:
+                match = _CALLED.search(text[:index]) if sign == "(" else None
+                if match is None:
                     return None
-                signature = _signature(checking, routine, found[1])
+                signature = _signature(checking, routine, match[1])
                 if signature is None:
                     return None
                 named = re.match(r"\s*(?:,\s*)?([A-Za-z_]\w*)\s*(?::=|=>)", text[last:])

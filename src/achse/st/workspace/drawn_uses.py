@@ -36,23 +36,23 @@ class DrawnName(NamedTuple):
 
 def drawn_names(body: GraphicalBody, uses: Iterable[NameUse]) -> Iterator[DrawnName]:
     """Return the names in a drawing, from what the checker found in its statements."""
-    meanings = {key: found for key, found in _meanings(uses).items() if len(found) == 1}
+    meanings = {key: symbols for key, symbols in _meanings(uses).items() if len(symbols) == 1}
     for at, words in _paths(body):
         for count in range(1, len(words) + 1):
-            found = meanings.get(tuple(word[0].lower() for word in words[:count]))
-            if found:
+            symbols = meanings.get(tuple(word[0].lower() for word in words[:count]))
+            if symbols:
                 word = words[count - 1]
                 start = body.start + at + word.start()
-                yield DrawnName(start, start + len(word[0]), found[0])
+                yield DrawnName(start, start + len(word[0]), symbols[0])
 
 
 def ambiguous_names(body: GraphicalBody, uses: Iterable[NameUse]) -> set[str]:
     """Return the names, in lower case, that mean several things in a drawing."""
-    return {key[-1] for key, found in _meanings(uses).items() if len(found) > 1}
+    return {key[-1] for key, symbols in _meanings(uses).items() if len(symbols) > 1}
 
 
 def _meanings(uses: Iterable[NameUse]) -> dict[_Path, list[DeclaredSymbol]]:
-    found: dict[_Path, list[DeclaredSymbol]] = {}
+    meanings: dict[_Path, list[DeclaredSymbol]] = {}
     for use in uses:
         symbol = symbol_of(use)
         if symbol is None:
@@ -64,10 +64,10 @@ def _meanings(uses: Iterable[NameUse]) -> dict[_Path, list[DeclaredSymbol]]:
         else:
             path = path_of(use.tree)
         if path:
-            known = found.setdefault(tuple(word.lower() for word in path), [])
+            known = meanings.setdefault(tuple(word.lower() for word in path), [])
             if symbol not in known:
                 known.append(symbol)
-    return found
+    return meanings
 
 
 def _paths(body: GraphicalBody) -> Iterator[tuple[int, list[re.Match[str]]]]:

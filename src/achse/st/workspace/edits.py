@@ -30,7 +30,7 @@ _LOCALS = ("VAR", "VAR_TEMP")
 class BodyEdit:
     """An edit of bodies and of local variables alone, not yet made in the kept trees."""
 
-    kept: Source
+    cached: Source
     edited: Source
     pairs: tuple[tuple[Any, Any], ...]
     """Units, parts and accessors of the kept file and of the new version."""
@@ -52,43 +52,45 @@ class BodyEdit:
         """Return a finding of a body that is the same, at its place after the edit; None if the
         place is inside of what was replaced."""
         origin = finding.origin
-        if origin is None or origin.source is not self.kept:
+        if origin is None or origin.source is not self.cached:
             return finding
         at = self.moved(origin.at)
         last = None if origin.end is None else self.moved(max(origin.end - 1, 0))
         if at is None or (last is None) != (origin.end is None):
             return None
-        return self.kept.fault(at, origin.message, finding.code, None if last is None else last + 1)
+        return self.cached.fault(
+            at, origin.message, finding.code, None if last is None else last + 1
+        )
 
     def words(self) -> set[str]:
         """Return the words of the bodies and variables that change, before and after, in lower
         case."""
-        found: set[str] = set()
+        words: set[str] = set()
         for pair in self.pairs:
             for name in ("body", "blocks"):
                 before, after = (getattr(one, name, None) for one in pair)
                 if before != after:
-                    found.update(words_in((before, after), is_code=True))
-        return found
+                    words.update(words_in((before, after), is_code=True))
+        return words
 
     def make(self) -> list[Any]:
         """Put places, local variables and bodies into the kept trees; return the routines with
         others."""
         changed = []
         declaring = set(map(id, self.declaring))
-        for kept, edited in self.pairs:
-            is_declaring = id(kept) in declaring
-            for name in _field_names(kept):
+        for cached, edited in self.pairs:
+            is_declaring = id(cached) in declaring
+            for name in _field_names(cached):
                 if name == "blocks" and is_declaring:
-                    kept.blocks = edited.blocks
+                    cached.blocks = edited.blocks
                 else:
-                    _place(getattr(kept, name), getattr(edited, name))
-            kept.at = edited.at
-            if hasattr(kept, "body"):
-                if is_declaring or kept.body != edited.body:
-                    changed.append(kept)
-                kept.body = edited.body
-        self.kept.adopt(self.edited)
+                    _place(getattr(cached, name), getattr(edited, name))
+            cached.at = edited.at
+            if hasattr(cached, "body"):
+                if is_declaring or cached.body != edited.body:
+                    changed.append(cached)
+                cached.body = edited.body
+        self.cached.adopt(self.edited)
         return changed
 
 
@@ -112,15 +114,15 @@ def is_on_disk(file: Path, content: bytes) -> bool:
     return file.is_file() and file.stat().st_size == len(content) and file.read_bytes() == content
 
 
-def body_edit(kept: Parsed, edited: Parsed) -> BodyEdit | None:
+def body_edit(cached: Parsed, edited: Parsed) -> BodyEdit | None:
     """Return the edit between two versions of a file; None if declarations differ that others may
     see, or if a body is drawn."""
-    if kept.source.drawings or edited.source.drawings:
+    if cached.source.drawings or edited.source.drawings:
         return None
     pairs: list[tuple[Any, Any]] = []
     declaring: tuple[Any, ...] = ()
     try:
-        if not _same(kept.units, edited.units, pairs):
+        if not _same(cached.units, edited.units, pairs):
             return None
         _ = [one.body == other.body for one, other in pairs if hasattr(one, "body")]
         declaring = tuple(
@@ -128,20 +130,20 @@ def body_edit(kept: Parsed, edited: Parsed) -> BodyEdit | None:
         )
     except RecursionError:  # nodes are compared in depth
         return None
-    before, after = kept.source.text, edited.source.text
+    before, after = cached.source.text, edited.source.text
     start = _common(before, after)
     most = min(len(before), len(after)) - start
     tail = _common_end(before, after, most)
     end = len(before) - tail
     delta = len(after) - len(before)
-    return BodyEdit(kept.source, edited.source, tuple(pairs), start, end, delta, declaring)
+    return BodyEdit(cached.source, edited.source, tuple(pairs), start, end, delta, declaring)
 
 
-def _same(kept: tuple[Any, ...], edited: tuple[Any, ...], pairs: list[tuple[Any, Any]]) -> bool:
+def _same(cached: tuple[Any, ...], edited: tuple[Any, ...], pairs: list[tuple[Any, Any]]) -> bool:
     """Return True if units or parts are the same apart from bodies, locals and places."""
-    if len(kept) != len(edited):
+    if len(cached) != len(edited):
         return False
-    for one, other in zip(kept, edited, strict=True):
+    for one, other in zip(cached, edited, strict=True):
         if one.__class__ is not other.__class__:
             return False
         for name in _field_names(one):
@@ -192,9 +194,9 @@ def _field_names(node: Any) -> Iterator[str]:
     return (n for n in names if n not in ("at", "body", *_PARTS, *_ACCESSORS))
 
 
-def _place(kept: Any, edited: Any) -> None:
+def _place(cached: Any, edited: Any) -> None:
     """Give nodes of a declaration the places of others that are equal."""
-    waiting = [(kept, edited)]
+    waiting = [(cached, edited)]
     while waiting:
         one, other = waiting.pop()
         if isinstance(one, tuple):

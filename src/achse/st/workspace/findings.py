@@ -40,8 +40,8 @@ def findings_by_reach(
     further, every = faults_by_reach(
         sorted_faults(checking), checking.faulty_routines, reach, tuple(unreached)
     )
-    found = sorted_findings([*errors, *further], checking.warnings, [*unreached, *every])
-    return found, list(every)
+    findings = sorted_findings([*errors, *further], checking.warnings, [*unreached, *every])
+    return findings, list(every)
 
 
 def sorted_faults(checking: WarmChecking) -> tuple[Diagnostic, ...]:
@@ -53,10 +53,10 @@ def sorted_findings(
     errors: Iterable[Diagnostic], warnings: Iterable[Diagnostic], unreached: Iterable[Diagnostic]
 ) -> ProjectFindings:
     """Return findings in order, each once; what is an error is not unreached, too."""
-    found = _sorted(errors)
-    known = set(found)
+    ordered = _sorted(errors)
+    known = set(ordered)
     return ProjectFindings(
-        found, _sorted(warnings), tuple(one for one in _sorted(unreached) if one not in known)
+        ordered, _sorted(warnings), tuple(one for one in _sorted(unreached) if one not in known)
     )
 
 

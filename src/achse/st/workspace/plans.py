@@ -32,7 +32,7 @@ class RoutinePlan(NamedTuple):
 
     again: list[Signature]
     """Routines to check again, in units that are not declared again."""
-    kept: list[Signature]
+    unchanged: list[Signature]
     """Routines with the same findings, in units that are declared again."""
 
 
@@ -72,15 +72,15 @@ def settled(
         if entry is not None and not is_sound(names, entry):
             return None
     trees = dict(units_of(edited))
-    kept = []
-    for routine in plan.kept:
+    unchanged = []
+    for routine in plan.unchanged:
         key = routine.entry.name.lower()
         if entries.get(key) is not routine.entry:
             continue
         if routine.entry.source is edited.source and not _moved(routine, trees.get(key)):
             continue
-        kept.append(routine)
-    return RoutinePlan(plan.again, kept)
+        unchanged.append(routine)
+    return RoutinePlan(plan.again, unchanged)
 
 
 def any_list_fails(names: Resolver, sound: Iterable[str]) -> bool:
@@ -144,7 +144,7 @@ def _planned(
     reach = {*touched.words, *(f"{word}." for word in touched.words)}
     plan = RoutinePlan([], [])
     by_source: dict[Source, list[Signature]] = {}
-    for routine in checking.routines.made:
+    for routine in checking.routines.created:
         by_source.setdefault(routine.source, []).append(routine)
     for source, routines in by_source.items():
         texts: Mapping[str, frozenset[str]] | None = None
@@ -175,7 +175,7 @@ def _planned(
                 continue
             is_placed = bool(node.warnings or node.remarks)
             if source is not edited or (part in same.get(unit, ()) and not is_placed):
-                plan.kept.append(routine)
+                plan.unchanged.append(routine)
     return plan
 
 

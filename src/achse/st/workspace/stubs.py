@@ -141,8 +141,8 @@ class ProjectStubs:
             every = (*sources, *self.sources)
             readable = {one.source for one in every}
             entries = [one for one in scopes.entries.values() if one.source in readable]
-            made = {one.source for one in self.sources}
-            own = {one.name.lower() for one in entries if one.source in made}
+            stub_sources = {one.source for one in self.sources}
+            own = {one.name.lower() for one in entries if one.source in stub_sources}
             words = {name for key in own for name in index.members(scopes.entries[key].tree).names}
             touched = index.touched(every, entries, Touched(own, words, own))
             trees = {key: scopes.entries[key].tree for key in touched.units}
@@ -154,13 +154,13 @@ class ProjectStubs:
 
 def _unknown_in(checking: WarmChecking) -> _Unknown:
     """Return the faults of names that mean nothing."""
-    found: _Unknown = Counter()
+    unknown: _Unknown = Counter()
     nodes = checking.nodes.values()
     for faults in (checking.names.scopes.faults, *(node.faults for node in nodes)):
         for one in faults:
             if one.code in _UNKNOWN:
-                found[_key_of(one)] += 1
-    return found
+                unknown[_key_of(one)] += 1
+    return unknown
 
 
 def _names_in(tree: Any) -> Iterator[str]:

@@ -184,10 +184,10 @@ def symbol_of(use: NameUse) -> DeclaredSymbol | None:
 
 def _parameter(checking: Checking, signature: Signature, key: str) -> DeclaredSymbol | None:
     scopes = checking.names.scopes
-    found = scopes.own(key, signature.scope)
-    if found is None:
+    declared = scopes.own(key, signature.scope)
+    if declared is None:
         return None
-    return of_scope(checking, key, *found)
+    return of_scope(checking, key, *declared)
 
 
 def of_scope(
@@ -255,8 +255,8 @@ def _of_member(
                 return value
             return _of_record(checking, type, key)
         case UnitName(entry=entry) | BaseInstance(entry=entry) if entry is not None:
-            found = names.scopes.own(key, names.scopes.scope(entry))
-            return None if found is None else of_scope(checking, key, *found)
+            declared = names.scopes.own(key, names.scopes.scope(entry))
+            return None if declared is None else of_scope(checking, key, *declared)
     return None
 
 
@@ -266,8 +266,8 @@ def _of_record(checking: Checking, type: object, key: str) -> DeclaredSymbol | N
     entry = checking.names.entry_of(type)
     if entry is None:
         return None
-    found = checking.names.scopes.own(key, checking.names.scopes.scope(entry))
-    return None if found is None else of_scope(checking, key, *found)
+    declared = checking.names.scopes.own(key, checking.names.scopes.scope(entry))
+    return None if declared is None else of_scope(checking, key, *declared)
 
 
 # members ----------------------------------------------------------------------------------------
@@ -294,9 +294,9 @@ def members_of(checking: Checking, whole: Meaning) -> Iterator[DeclaredSymbol]:
 def parameters_of(checking: Checking, signature: Signature) -> Iterator[DeclaredSymbol]:
     """Return the parameters of a routine in the order of the declaration."""
     for key in signature.by_name:
-        found = _parameter(checking, signature, key)
-        if found is not None:
-            yield found
+        parameter = _parameter(checking, signature, key)
+        if parameter is not None:
+            yield parameter
 
 
 def visible_in(checking: Checking, signature: Signature) -> Iterator[DeclaredSymbol]:
@@ -307,18 +307,18 @@ def visible_in(checking: Checking, signature: Signature) -> Iterator[DeclaredSym
     while scope is not None and id(scope) not in seen:
         seen.add(id(scope))
         for key, declared in scope.variables.items():
-            found = of_scope(checking, key, scope, declared)
-            if found is not None:
-                yield found
+            symbol = of_scope(checking, key, scope, declared)
+            if symbol is not None:
+                yield symbol
         scope = scope.base
     for owner, part in _all_parts(checking, signature.entry):
         yield _of_part(owner, part)
     for key, lists in scopes.globals.items():
         if not lists[0].is_library:
             inside = scopes.scope(lists[0])
-            found = of_scope(checking, key, inside, inside.variables[key])
-            if found is not None:
-                yield found
+            symbol = of_scope(checking, key, inside, inside.variables[key])
+            if symbol is not None:
+                yield symbol
     for key, enumerations in scopes.loose_values.items():
         if not enumerations[0].is_library:
             value = of_enum_value(enumerations[0], key)
@@ -338,9 +338,9 @@ def _inside(
     tree = entry.tree
     if isinstance(tree, TypeDeclaration) and isinstance(tree.type, EnumOf):
         for value in tree.type.values:
-            found = of_enum_value(entry, value.name.lower())
-            if found is not None:
-                yield found
+            symbol = of_enum_value(entry, value.name.lower())
+            if symbol is not None:
+                yield symbol
         return
     scope: Scope | None = checking.names.scopes.scope(entry)
     seen: set[str] = set()
@@ -362,8 +362,8 @@ def _all_parts(checking: Checking, entry: DeclaredUnit) -> list[FoundPart]:
     units = [*checking.blocks.chain(entry), *checking.blocks.bases_of_interface(entry)]
     for unit in units:
         keys |= dict.fromkeys(checking.blocks.own_parts(unit))
-    found = [checking.blocks.part(entry, key) for key in keys]
-    return [one for one in found if one is not None]
+    parts = [checking.blocks.part(entry, key) for key in keys]
+    return [one for one in parts if one is not None]
 
 
 # what a source declares ---------------------------------------------------------------------------
@@ -403,6 +403,6 @@ def _variables(
         for declaration in block.variables:
             declared: tuple[VarBlock, Declaration] = (block, declaration)
             for item in declaration.names:
-                found = _of_variable(item.name.lower(), declared, entry.source, owner, entry)
-                if found is not None:
-                    yield Outline(found)
+                symbol = _of_variable(item.name.lower(), declared, entry.source, owner, entry)
+                if symbol is not None:
+                    yield Outline(symbol)

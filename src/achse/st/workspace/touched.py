@@ -96,8 +96,8 @@ class WordIndex:
         file has."""
         known = self._routines.get(source)
         if known is None or known[0] is not source.text:
-            found = dict(_words_of_routines(source, list(routines)))
-            known = self._routines[source] = (source.text, found)
+            words = dict(_words_of_routines(source, list(routines)))
+            known = self._routines[source] = (source.text, words)
         return known[1]
 
     def keep(self, sources: Iterable[Parsed], entries: Iterable[DeclaredUnit]) -> None:

@@ -54,7 +54,7 @@ def uses_in(checking: WarmChecking, source: Source) -> list[SymbolUse]:
     """Return all names of a source that mean something, in order."""
     routines = [
         one
-        for one in checking.routines.made
+        for one in checking.routines.created
         if one.source is source and checking.checked(one.key) is not None
     ]
     return _uses(checking, source, routines)
@@ -66,32 +66,34 @@ def use_at(checking: WarmChecking, source: Source, offset: int) -> SymbolUse | N
     Only the routine there is looked at, unless bodies of the source are drawn.
     """
     if source.drawings:
-        found = uses_in(checking, source)
+        uses = uses_in(checking, source)
     else:
         here = routine_at(checking, source, offset)
         same = (
-            [] if here is None else [one for one in checking.routines.made if one.tree is here.tree]
+            []
+            if here is None
+            else [one for one in checking.routines.created if one.tree is here.tree]
         )
         routines = [one for one in same if checking.checked(one.key) is not None]
-        found = _uses(checking, source, routines)
-    return next((use for use in found if use.at <= offset <= use.end), None)
+        uses = _uses(checking, source, routines)
+    return next((use for use in uses if use.at <= offset <= use.end), None)
 
 
 def _uses(checking: WarmChecking, source: Source, routines: Iterable[Signature]) -> list[SymbolUse]:
     """Return the names in the declarations of a source and in the bodies of some of its
     routines."""
-    found: dict[int, SymbolUse] = {}
+    uses: dict[int, SymbolUse] = {}
     for outline in outline_in(checking, source):
         for symbol in _flat(outline):
             if symbol.at is not None:
-                found[symbol.at] = SymbolUse(symbol.at, symbol.at + len(symbol.name), symbol, True)
+                uses[symbol.at] = SymbolUse(symbol.at, symbol.at + len(symbol.name), symbol, True)
     for entry in entries_in(checking, source):
         for use in _in_declarations(checking, entry):
-            found.setdefault(use.at, use)
+            uses.setdefault(use.at, use)
     for routine in routines:
         for use in _in_body(checking, routine):
-            found.setdefault(use.at, use)
-    return sorted(found.values(), key=lambda use: use.at)
+            uses.setdefault(use.at, use)
+    return sorted(uses.values(), key=lambda use: use.at)
 
 
 def _flat(outline: Outline) -> Iterator[DeclaredSymbol]:
@@ -183,8 +185,8 @@ def _of_path(
     path = [step.name.lower() for step in steps]
     if (own := _value_beside(scope, path[0], checking)) is not None:
         symbols: list[DeclaredSymbol | None] = [own]
-    elif (found := scopes.variable(tuple(path), scope)) is not None:
-        declarer, rest = found
+    elif (variable := scopes.variable(tuple(path), scope)) is not None:
+        declarer, rest = variable
         known = declarer.variables.get(rest[0])
         skipped = len(path) - len(rest)
         owner = None if not skipped else scopes.find(".".join(path[:skipped]), scope.space)

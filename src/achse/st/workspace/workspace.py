@@ -242,8 +242,8 @@ class Workspace(CheckedProject):
 
     def _lose(self) -> Extent:
         """Look for files of which one is not there any more, though it may be listed."""
-        found = self.relist()
-        return self._load_again() if found is Extent.NOTHING else found
+        extent = self.relist()
+        return self._load_again() if extent is Extent.NOTHING else extent
 
     def _load_again(self) -> Extent:
         self.load()
