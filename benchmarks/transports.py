@@ -54,7 +54,7 @@ async def serve(folder: str) -> None:
     loop = asyncio.get_running_loop()
     tls = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
     if folder:
-        own = OwnCertificate.made(Path(folder), "station")
+        own = OwnCertificate.ensure(Path(folder), "station")
         tls.load_cert_chain(own.certificate, own.key)
     plain = await loop.create_server(Echo, "127.0.0.1", 0)
     safe = await loop.create_server(Echo, "127.0.0.1", 0, ssl=tls if folder else None)
@@ -192,8 +192,8 @@ def broker(folder: Path) -> Iterator[tuple[int, int]]:
 
 def certificates(folder: Path) -> str:
     """Ours and the station's are made; the lines of the station's file."""
-    OwnCertificate.made(folder / "station", "station")
-    own = OwnCertificate.made(folder / "client", "client")
+    OwnCertificate.ensure(folder / "station", "station")
+    own = OwnCertificate.ensure(folder / "client", "client")
     return (
         f'[secure]\nfolder = "{folder / "station"}"\nport = 0\n[[route]]\nname = "client"\n'
         f'net_id = "{CLIENT}"\nhost = "127.0.0.1"\ntls = {{ fingerprint = "{own.fingerprint}" }}\n'
@@ -201,7 +201,7 @@ def certificates(folder: Path) -> str:
 
 
 def secure_target(folder: Path, port: int) -> str:
-    there = OwnCertificate.made(folder / "station", "station").fingerprint
+    there = OwnCertificate.ensure(folder / "station", "station").fingerprint
     return f"secure://127.0.0.1:{port}?fingerprint={there}&certificates={folder / 'client'}"
 
 

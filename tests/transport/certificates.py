@@ -35,7 +35,7 @@ def remove() -> None:
 @functools.cache
 def identity(name: str) -> OwnCertificate:
     """A self-signed one."""
-    return OwnCertificate.made(_folder() / name, name)
+    return OwnCertificate.ensure(_folder() / name, name)
 
 
 @functools.cache

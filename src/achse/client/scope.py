@@ -142,19 +142,19 @@ class RemoteScope(ClosedByBlock):
 
     async def start(self) -> dict[str, Any]:
         """Record from the next cycle on; the state."""
-        return await self._request(self._made(), ScopeCommand.START.encode())
+        return await self._request(self._open_number(), ScopeCommand.START.encode())
 
     async def stop(self) -> dict[str, Any]:
         """Record no more; what there is stays; the state."""
-        return await self._request(self._made(), ScopeCommand.STOP.encode())
+        return await self._request(self._open_number(), ScopeCommand.STOP.encode())
 
     async def trigger(self) -> dict[str, Any]:
         """The moment is now; the state."""
-        return await self._request(self._made(), ScopeCommand.TRIGGER.encode())
+        return await self._request(self._open_number(), ScopeCommand.TRIGGER.encode())
 
     async def facts(self) -> dict[str, Any]:
         """Return the state: `state` is offline, recording, triggered or done; times in Unix ns."""
-        answer = await self._server.read_raw(ScopeGroup.SCOPES, self._made(), _LONGEST_TEXT)
+        answer = await self._server.read_raw(ScopeGroup.SCOPES, self._open_number(), _LONGEST_TEXT)
         facts: dict[str, Any] = json.loads(answer)
         return facts
 
@@ -166,7 +166,9 @@ class RemoteScope(ClosedByBlock):
         advance = self._server.session.advance
         async with asyncio.timeout(within):
             while True:
-                state = (await self._request(self._made(), ScopeCommand.PROGRESS.encode()))["state"]
+                state = (await self._request(self._open_number(), ScopeCommand.PROGRESS.encode()))[
+                    "state"
+                ]
                 if state == "done":
                     return await self.facts()
                 if state == "offline":
@@ -193,7 +195,7 @@ class RemoteScope(ClosedByBlock):
         seen: dict[int, int] = {}
         groups = (await self.facts())["channel_groups"]
         while True:
-            progress = await self._request(self._made(), ScopeCommand.PROGRESS.encode())
+            progress = await self._request(self._open_number(), ScopeCommand.PROGRESS.encode())
             for number, (group, now) in enumerate(
                 zip(groups, progress["channel_groups"], strict=True)
             ):
@@ -232,7 +234,7 @@ class RemoteScope(ClosedByBlock):
         length = max(_LONGEST_CHUNK, CHUNK.size + 8 * width)
         request = SAMPLES_REQUEST.pack(number, first)
         answer = await self._server.read_write_raw(
-            ScopeGroup.SAMPLES, self._made(), length, request
+            ScopeGroup.SAMPLES, self._open_number(), length, request
         )
         [chunk] = chunks_in(answer, {number: width})
         return ScopeRows(*chunk, lost=chunk.first - first)
@@ -244,7 +246,7 @@ class RemoteScope(ClosedByBlock):
             raise ScopeError(facts["error"])
         return facts
 
-    def _made(self) -> int:
+    def _open_number(self) -> int:
         if not self.number:
             raise ScopeError("expected a scope that is open")
         return self.number

@@ -231,8 +231,10 @@ class _Module:
         for member in type.fields:
             if self._is_callable(member.type):
                 attribute = _free(_identifier(member.name), taken)
-                made = self._made(f'f"{{name}}.{_quoted(member.name)}"', member.type)
-                yield f"        self.{attribute} = {made}"
+                expression = self._symbol_expression(
+                    f'f"{{name}}.{_quoted(member.name)}"', member.type
+                )
+                yield f"        self.{attribute} = {expression}"
         yield ""
         yield from self._methods(type.methods, taken)
         yield ""
@@ -249,14 +251,14 @@ class _Module:
         taken = set(_OF_SYMBOLS) if methods else set()
         for name, kind in items.items():
             attribute = _free(_identifier(name.partition(".")[2] or name), taken)
-            made = self._made(f'"{_quoted(name)}"', kind)
-            hint = f": Symbol[{self._hint(kind)}]" if made.startswith("Symbol(") else ""
-            yield f"        self.{attribute}{hint} = {made}"
+            expression = self._symbol_expression(f'"{_quoted(name)}"', kind)
+            hint = f": Symbol[{self._hint(kind)}]" if expression.startswith("Symbol(") else ""
+            yield f"        self.{attribute}{hint} = {expression}"
         yield ""
         yield from self._methods(methods, taken)
         yield ""
 
-    def _made(self, name: str, type: IecType[Any]) -> str:
+    def _symbol_expression(self, name: str, type: IecType[Any]) -> str:
         """Return the expression that creates the symbol of a type; `name` is its name in Python."""
         real = resolved(type)
         block = self.blocks.get(real.name.lower())

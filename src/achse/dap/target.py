@@ -38,7 +38,7 @@ class Target:
         """Reach the station. Raises TargetError, AdsError, ConfigError, OSError."""
         plc = self._number("plc", 0)
         if self.is_own:
-            self._station = self._made()
+            self._station = self._create_station()
             client = connect(self._station.router, port=SERVICE_PORT)
         else:
             net_id = self._text("netId", "")
@@ -50,7 +50,7 @@ class Target:
         self.link = DebugLink(await self._stack.enter_async_context(client), plc)
         await self.link.state()
 
-    def _made(self) -> Station:
+    def _create_station(self) -> Station:
         program = self._text("program", "")
         if not program:
             raise TargetError("launch: `program` is a station.toml, a folder of sources or a file")

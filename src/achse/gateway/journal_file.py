@@ -45,7 +45,7 @@ def opened_journal(net_id: NetId, folder: Path | None) -> Iterator[HandleJournal
     path = folder / f"router-{net_id}.handles"
     try:
         folder.mkdir(mode=0o700, parents=True, exist_ok=True)
-        file = FileIO(path, "r+", opener=_made)
+        file = FileIO(path, "r+", opener=_open_private)
     except OSError as failure:
         _warn(path, failure.strerror or str(failure))
         yield HandleJournal()
@@ -54,7 +54,7 @@ def opened_journal(net_id: NetId, folder: Path | None) -> Iterator[HandleJournal
         yield _read(file, path)
 
 
-def _made(path: str, flags: int) -> int:
+def _open_private(path: str, flags: int) -> int:
     return os.open(path, flags | os.O_CREAT, 0o600)
 
 

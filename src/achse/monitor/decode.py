@@ -146,16 +146,18 @@ class Decoder:
     def _unanswered(self, capture: Captured) -> Exchange:
         frame = capture.frame
         items = self._items(frame, None)
-        return self._made(capture, frame, None, 0, items)._replace(answered=False)
+        return self._exchange_of(capture, frame, None, 0, items)._replace(answered=False)
 
     def _exchange(
         self, requested: Captured, request: Frame, answered: Captured, response: Frame
     ) -> Exchange:
         items = self._items(request, response)
         error = response.error or next((item.error for item in items if item.error), 0)
-        return self._made(requested, request, answered.time_ns - requested.time_ns, error, items)
+        return self._exchange_of(
+            requested, request, answered.time_ns - requested.time_ns, error, items
+        )
 
-    def _made(
+    def _exchange_of(
         self,
         capture: Captured,
         frame: Frame,

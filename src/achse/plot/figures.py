@@ -173,17 +173,18 @@ def cam(rows: Sequence[Sequence[float]], demands: Iterable[tuple[float, Demanded
     and acceleration are drawn too, per master. Raises PictureError without rows, PlotExtraMissing.
     """
     pairs = [(row[0], row[1]) for row in rows if len(row) >= 2]
-    asked = sorted(demands, key=lambda pair: pair[0])
+    ordered = sorted(demands, key=lambda pair: pair[0])
     if len(pairs) != len(rows):
         raise PictureError("rows of a cam: expected a master and a slave position in each")
-    figure, areas = _areas((3 if asked else 1) if pairs else 0, "no row")
+    figure, areas = _areas((3 if ordered else 1) if pairs else 0, "no row")
     dots = "o" if len(pairs) <= 100 else ""
-    if asked:
+    if ordered:
         names = ("position", "velocity", "acceleration")
         demanded = [
-            Quantity(f"slave {name}", [getattr(each, name) for _, each in asked]) for name in names
+            Quantity(f"slave {name}", [getattr(each, name) for _, each in ordered])
+            for name in names
         ]
-        _draw(areas, [master for master, _ in asked], demanded)
+        _draw(areas, [master for master, _ in ordered], demanded)
         areas[0].plot(*zip(*pairs, strict=True), "o", color=_COLOURS[1], markersize=3)
     else:
         areas[0].plot(*zip(*pairs, strict=True), "-" + dots, color=_COLOURS[0], markersize=3)

@@ -24,8 +24,8 @@ from tests.transport.certificates import authority, identity, signed
 
 
 def test_it_is_made_once_and_kept(tmp_path: Path) -> None:
-    certificate = OwnCertificate.made(tmp_path / "new" / "folder", "panel")
-    assert certificate == OwnCertificate.made(tmp_path / "new" / "folder", "another")
+    certificate = OwnCertificate.ensure(tmp_path / "new" / "folder", "panel")
+    assert certificate == OwnCertificate.ensure(tmp_path / "new" / "folder", "another")
     assert len(certificate.fingerprint) == 64
     parsed = x509.load_pem_x509_certificate(certificate.certificate.read_bytes())
     from cryptography.hazmat.primitives.serialization import Encoding
@@ -65,7 +65,7 @@ def test_what_is_there_is_not_written_over(tmp_path: Path) -> None:
         folder.mkdir()
         (folder / name).write_bytes(b"mine")
         with pytest.raises((CertificateError, FileNotFoundError)):
-            OwnCertificate.made(folder, "x")
+            OwnCertificate.ensure(folder, "x")
         assert [each.name for each in folder.iterdir()] == [name]
         with pytest.raises(FileExistsError):
             _write(folder / name, b"other", 0o600)
@@ -96,7 +96,7 @@ def test_what_cannot_be_used_is_reported(tmp_path: Path) -> None:
         OwnCertificate.load(ours.certificate, broken)
     (tmp_path / KEY_FILE).write_bytes(ours.key.read_bytes())
     with pytest.raises(FileNotFoundError, match=CERTIFICATE_FILE):
-        OwnCertificate.made(tmp_path, "half")  # nothing is written over a key
+        OwnCertificate.ensure(tmp_path, "half")  # nothing is written over a key
     assert authority().exists()
 
 
@@ -106,7 +106,7 @@ def test_without_the_extra_it_says_so(tmp_path: Path) -> None:
         "from pathlib import Path\n"
         "from achse.transport.secure.own_certificate import OwnCertificate, CertificateError\n"
         "try:\n"
-        "    OwnCertificate.made(Path(sys.argv[1]), 'x')\n"
+        "    OwnCertificate.ensure(Path(sys.argv[1]), 'x')\n"
         "except CertificateError as fault:\n"
         "    print(fault)\n"
     )

@@ -143,13 +143,13 @@ def curve_of(
     points = [each for each in content if isinstance(each, FunctionPoint)]
     kind = TableType.MOTION_FUNCTION if points else TableType.CAMMING
     try:
-        made = tables.create(_TABLE, kind, 4 if cyclic else 3, len(content), 1 if points else 2)
+        table = tables.create(_TABLE, kind, 4 if cyclic else 3, len(content), 1 if points else 2)
         if points:
-            tables.write_points(made, 0, _packed(points))
+            tables.write_points(table, 0, _packed(points))
         else:
-            tables.write(made, 0, (number for row in content for number in row[:2]))
+            tables.write(table, 0, (number for row in content for number in row[:2]))
         first = tables.cam(_TABLE, joined)
-        demands = tables.characteristic_values(made, master_velocity)
+        demands = tables.characteristic_values(table, master_velocity)
     except TableError as fault:
         fail(str(fault), name=fault.error.name, code=fault.error.number)
     numbers = tables.cams.numbers

@@ -52,7 +52,7 @@ def certificate(
     if create and target is not None:
         raise typer.BadParameter("--create makes our own certificate: leave HOST out")
     if create:
-        _report(_made(_place(folder), name or socket.gethostname()), in_json)
+        _report(_create(_place(folder), name or socket.gethostname()), in_json)
     elif target is not None:
         shown = asyncio.run(_shown_by(secure_target(target, folder)))
         _report({"target": target, "fingerprint": shown}, in_json)
@@ -60,7 +60,7 @@ def certificate(
         _report(_own(_place(folder)), in_json)
 
 
-def _made(place: Path, name: str) -> dict[str, str]:
+def _create(place: Path, name: str) -> dict[str, str]:
     """Make key and certificate; return their places and the fingerprint."""
     from achse.transport.secure.own_certificate import (
         CERTIFICATE_FILE,
@@ -71,15 +71,15 @@ def _made(place: Path, name: str) -> dict[str, str]:
     if (place / CERTIFICATE_FILE).exists():
         fail(f"{place / CERTIFICATE_FILE} is there already; `achse certificate` shows it")
     try:
-        made = OwnCertificate.made(place, name)
+        own = OwnCertificate.ensure(place, name)
     except CertificateError as fault:
         fail(str(fault))
     except OSError as failure:
         fail(f"{failure.filename or place}: {failure.strerror}", name="CANNOT_WRITE")
     return {
-        "certificate": str(made.certificate),
-        "key": str(made.key),
-        "fingerprint": made.fingerprint,
+        "certificate": str(own.certificate),
+        "key": str(own.key),
+        "fingerprint": own.fingerprint,
     }
 
 

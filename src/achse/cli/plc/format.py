@@ -37,16 +37,16 @@ def format_sources(
         try:
             options = format_options(file.parent)
             data = file.read_bytes()
-            made = formatted_bytes(data, options, is_xml=not has_content(file, Content.TEXT))
+            formatted = formatted_bytes(data, options, is_xml=not has_content(file, Content.TEXT))
         except FormatOptionsError as failure:
             fail(str(failure), name="INVALID_FILE")
         except OSError as failure:
             fail(f"{file}: {failure.strerror or 'file error'}", name="FILE_ERROR")
-        if made == data:
+        if formatted == data:
             continue
         changed += 1
         if not check:
-            write_file(file, made)
+            write_file(file, formatted)
         print(f"would format {file}" if check else f"formatted {file}")
     if check and changed:
         raise typer.Exit(1)

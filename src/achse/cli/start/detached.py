@@ -137,9 +137,9 @@ def runtime_folder() -> Path:
     chosen = os.environ.get("ACHSE_RUNTIME_DIR")
     base = os.environ.get("XDG_RUNTIME_DIR") or os.environ.get("LOCALAPPDATA")
     if chosen:
-        return _made(Path(chosen))
+        return _create_folder(Path(chosen))
     if base and os.access(base, os.W_OK):
-        return _made(Path(base) / "achse")
+        return _create_folder(Path(base) / "achse")
     try:
         folder = Path.home() / ".cache" / "achse" / "run"
         folder.mkdir(mode=0o700, parents=True, exist_ok=True)
@@ -148,9 +148,9 @@ def runtime_folder() -> Path:
     except (OSError, RuntimeError):  # read-only, or a user without a home, as in containers
         pass
     if sys.platform == "win32":
-        return _made(Path(tempfile.gettempdir()) / "achse")
+        return _create_folder(Path(tempfile.gettempdir()) / "achse")
     user = os.getuid()
-    folder = _made(Path(tempfile.gettempdir()) / f"achse-{user}")
+    folder = _create_folder(Path(tempfile.gettempdir()) / f"achse-{user}")
     state = folder.lstat()
     if not stat.S_ISDIR(state.st_mode) or state.st_uid != user or state.st_mode & 0o022:
         fail(
@@ -159,7 +159,7 @@ def runtime_folder() -> Path:
     return folder
 
 
-def _made(folder: Path) -> Path:
+def _create_folder(folder: Path) -> Path:
     try:
         folder.mkdir(mode=0o700, parents=True, exist_ok=True)
     except OSError as failure:

@@ -64,23 +64,23 @@ def fmu(
     )
     target = out or file.with_suffix(".fmu")
     try:
-        made = export(file, fmi=fmi, choice=choice, include=include or ())
+        unit = export(file, fmi=fmi, choice=choice, include=include or ())
     except (ExportError, ConfigError) as fault:
         fail(str(fault), name="CANNOT_EXPORT")
     except OSError as failure:
         fail(f"{failure.filename or file}: {failure.strerror}", name="CANNOT_READ")
-    write_file(target, made.archive, lambda there: there[:2] == b"PK", "a unit")
+    write_file(target, unit.archive, lambda there: there[:2] == b"PK", "a unit")
     counts = {
-        kind: sum(each.causality == kind for each in made.variables)
+        kind: sum(each.causality == kind for each in unit.variables)
         for kind in ("input", "parameter", "output", "local")
     }
-    left_out = [each.name for each in made.left_out]
+    left_out = [each.name for each in unit.left_out]
     if in_json:
         print_json(
             {
                 "file": str(target),
                 "fmi": f"{fmi}.0",
-                "states": made.has_states,
+                "states": unit.has_states,
                 "variables": counts,
                 "left_out": left_out,
             }

@@ -109,7 +109,7 @@ class SecureTarget:
 
     def identity(self) -> OwnCertificate:
         """Our certificate. Raises CertificateError, OSError."""
-        return OwnCertificate.made(self.certificates or own_folder(), socket.gethostname())
+        return OwnCertificate.ensure(self.certificates or own_folder(), socket.gethostname())
 
     def credentials(self) -> Credentials:
         """Return our credentials for the target. Raises CertificateError, OSError, TlsError."""

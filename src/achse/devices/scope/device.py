@@ -193,8 +193,8 @@ class ScopeDevice(Device):
             if not number:
                 definition = parse_definition(data)
                 self._spend(client, len(definition.channels))
-                made = self.scopes.open(definition, client, self.request_way)
-                return _json({"scope": made.number})
+                scope = self.scopes.open(definition, client, self.request_way)
+                return _json({"scope": scope.number})
             if _word(data) == ScopeCommand.PROGRESS:
                 return _json(self.scopes[number].recorder.progress())
             return _json(self._commanded(self._controlled(number, client), data))

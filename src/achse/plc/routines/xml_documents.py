@@ -49,12 +49,12 @@ class XmlItem:
 
     def copy(self) -> "XmlItem":
         """Return an equal item, with all that is in it, in no document."""
-        made = XmlItem(self.name, self.text, is_attribute=self.children is None)
-        made.is_cdata = self.is_cdata
-        if made.attributes is not None and made.children is not None:
-            made.attributes += (item.copy() for item in self.attributes or ())
-            made.children += (item.copy() for item in self.children or ())
-        return made
+        copied = XmlItem(self.name, self.text, is_attribute=self.children is None)
+        copied.is_cdata = self.is_cdata
+        if copied.attributes is not None and copied.children is not None:
+            copied.attributes += (item.copy() for item in self.attributes or ())
+            copied.children += (item.copy() for item in self.children or ())
+        return copied
 
 
 class XmlDocuments(KeptDocuments[XmlItem]):
@@ -69,11 +69,11 @@ class XmlDocuments(KeptDocuments[XmlItem]):
     def read(self, document: int, text: str) -> bool:
         """Put a text into a document; False if it is not XML: then the document is empty."""
         self.start(document)
-        made = _parsed(text)
-        if made is None:
+        root = _parsed(text)
+        if root is None:
             return False
         self._drop(self._roots[document])
-        self._roots[document] = self._keep(made, None)
+        self._roots[document] = self._keep(root, None)
         return True
 
     # items -----------------------------------------------------------------------------------
@@ -115,25 +115,25 @@ class XmlDocuments(KeptDocuments[XmlItem]):
         for child in (item.children or ()) if item is not None else ():
             if name and child.name != name:
                 continue
-            held = ((one.name, one.text) for one in child.attributes or ())
-            if not attribute or (attribute, value) in held:
+            attributes = ((one.name, one.text) for one in child.attributes or ())
+            if not attribute or (attribute, value) in attributes:
                 return child.number
         return 0
 
     def path(self, number: int, path: str) -> int:
         """Return the first element of a path of names with slashes between them."""
         item = self._items.get(number)
-        found = [] if item is None else [item]
+        items = [] if item is None else [item]
         for name in path.strip("/").split("/"):
-            found = [child for one in found for child in one.children or () if child.name == name]
-        return found[0].number if found else 0
+            items = [child for one in items for child in one.children or () if child.name == name]
+        return items[0].number if items else 0
 
-    def add(self, number: int, before: int, made: XmlItem) -> int:
+    def add(self, number: int, before: int, child: XmlItem) -> int:
         """Put an item into an element, in front of another or behind all; its number, else 0."""
         target = self._items.get(number)
         if target is None or target.children is None or len(self._items) >= _MOST_ITEMS:
             return 0
-        inside = target.attributes if made.children is None else target.children
+        inside = target.attributes if child.children is None else target.children
         if inside is None or _depth(target) >= _DEEPEST:
             return 0
         place = len(inside)
@@ -142,9 +142,9 @@ class XmlDocuments(KeptDocuments[XmlItem]):
             if not places:
                 return 0
             place = places[0]
-        inside.insert(place, made)
-        self._keep(made, target)
-        return made.number
+        inside.insert(place, child)
+        self._keep(child, target)
+        return child.number
 
     def remove(self, number: int, child: int) -> bool:
         """Take a child out of an element; False if it is none."""
@@ -177,8 +177,8 @@ class XmlDocuments(KeptDocuments[XmlItem]):
     def _empty(self) -> XmlItem:
         return XmlItem("")
 
-    def _keep(self, made: XmlItem, parent: XmlItem | None) -> XmlItem:
-        waiting: list[tuple[XmlItem, XmlItem | None]] = [(made, parent)]
+    def _keep(self, root: XmlItem, parent: XmlItem | None) -> XmlItem:
+        waiting: list[tuple[XmlItem, XmlItem | None]] = [(root, parent)]
         while waiting:
             item, above = waiting.pop()
             item.parent, item.number = above, self._next()
@@ -186,7 +186,7 @@ class XmlDocuments(KeptDocuments[XmlItem]):
             if item.children is not None:
                 item.ends = (self._next(), self._next())
                 waiting += ((inner, item) for inner in (*item.children, *(item.attributes or ())))
-        return made
+        return root
 
     def _drop(self, dropped: XmlItem) -> None:
         waiting = [dropped]
@@ -226,14 +226,14 @@ class _Reader:
         self.count += 1 + len(attributes)
         if len(self.open) > _DEEPEST or self.count > _MOST_ITEMS:
             raise ValueError("too much in a document")
-        made = XmlItem(name)
-        made.attributes = [
+        item = XmlItem(name)
+        item.attributes = [
             XmlItem(key, value, is_attribute=True) for key, value in attributes.items()
         ]
         inside = self.open[-1].children
         assert inside is not None
-        inside.append(made)
-        self.open.append(made)
+        inside.append(item)
+        self.open.append(item)
 
     def _end(self, _name: str) -> None:
         item = self.open.pop()
@@ -290,10 +290,10 @@ _of_plc: "WeakKeyDictionary[BuiltinContext, XmlDocuments]" = WeakKeyDictionary()
 
 def documents_of(plc: BuiltinContext) -> XmlDocuments:
     """Return the documents of a PLC."""
-    found = _of_plc.get(plc)
-    if found is None:
-        found = _of_plc[plc] = XmlDocuments()
-    return found
+    documents = _of_plc.get(plc)
+    if documents is None:
+        documents = _of_plc[plc] = XmlDocuments()
+    return documents
 
 
 def _on(method: Callable[..., Any]) -> FunctionBody:
@@ -349,8 +349,8 @@ def _shown(plc: BuiltinContext, value: float, is_short: bool) -> bytes:
 
 
 def _as_real(value: float) -> float:
-    found: float = unpack("<f", pack("<f", value))[0]
-    return found
+    rounded: float = unpack("<f", pack("<f", value))[0]
+    return rounded
 
 
 XML_FUNCTIONS: Mapping[str, FunctionBody] = {

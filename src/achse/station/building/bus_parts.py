@@ -28,14 +28,14 @@ def make_bus(
     """Return the bus of a plan: in this process, or on its interface. Raises MachineError."""
     if plan.bus.interface is None:
         return EthercatBus(plan, compiled=compiled)
-    made = InterfaceBus(plan, plan.bus.interface)
+    bus = InterfaceBus(plan, plan.bus.interface)
     if _has_clocks(plan) and not any(
         isinstance(each, InterfaceBus) and each.steer is not None
         for each in building.fieldbuses.values()
     ):
-        made.steer = building.shift_pace
-    building.add_interface(made)
-    return made
+        bus.steer = building.shift_pace
+    building.add_interface(bus)
+    return bus
 
 
 def _has_clocks(plan: BusPlan) -> bool:

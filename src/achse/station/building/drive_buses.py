@@ -32,15 +32,15 @@ def make_buses(building: Building) -> None:
                 nc.cycle_ns,
                 building.ground.base,
             )
-            made = make_bus(building, plan, compiled=nc.compiled)
-            joined = AxisBus(nc, made, own, net_id)
+            fieldbus = make_bus(building, plan, compiled=nc.compiled)
+            joined = AxisBus(nc, fieldbus, own, net_id)
         except (ServoError, ValueError) as fault:
             raise ConfigError(f"bus[{number}]: {fault}") from None
-        if isinstance(made, InterfaceBus):
-            made.at_rest = lambda joined=joined: joined.at_rest  # type: ignore[misc]
-        building.fieldbuses[bus.name] = made
+        if isinstance(fieldbus, InterfaceBus):
+            fieldbus.at_rest = lambda joined=joined: joined.at_rest  # type: ignore[misc]
+        building.fieldbuses[bus.name] = fieldbus
         building.buses.append(joined)
         building.exchanges.append(joined)
         building.add_state(joined.digest)
-        served.append(served_bus(number, made, net_id))
+        served.append(served_bus(number, fieldbus, net_id))
     attach_buses(building, served)

@@ -292,7 +292,7 @@ class _Part:
                     f" {config.increment * fastest / _MOST_INCREMENTS:g} for the velocity of the"
                     f" axis, got {config.increment:g}"
                 )
-            made = PlantAxis(
+            axis = PlantAxis(
                 axis_id,
                 config,
                 servo_options(config, cycle_s, dead_cycles=_DEAD_CYCLES),
@@ -303,9 +303,9 @@ class _Part:
                 None if config.enable is None else self._input_numbers[config.enable],
             )
             try:
-                made.check(self.plant.outputs)
+                axis.check(self.plant.outputs)
             except PlantError as fault:
                 raise ConfigError(f"{self.key}.axis[{number}]: {fault}") from None
-            self.plant.checks.append(made.check)
-            axes.append(made)
+            self.plant.checks.append(axis.check)
+            axes.append(axis)
         return axes

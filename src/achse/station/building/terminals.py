@@ -111,20 +111,22 @@ def make_terminals(building: Building) -> None:
     served = []
     for number, bus in enumerate(config.bus, 1):
         own = terminals_on(config, bus)
-        made = building.fieldbuses.get(bus.name)
-        if not own and (made is not None or bus.interface is None):
+        fieldbus = building.fieldbuses.get(bus.name)
+        if not own and (fieldbus is not None or bus.interface is None):
             continue
-        shared = made is not None
-        if made is None:
+        shared = fieldbus is not None
+        if fieldbus is None:
             try:
-                made = make_bus(building, BusPlan(bus, (), own, bus.cycle, building.ground.base))
+                fieldbus = make_bus(
+                    building, BusPlan(bus, (), own, bus.cycle, building.ground.base)
+                )
             except ValueError as fault:
                 raise ConfigError(f"bus[{number}]: {fault}") from None
-            building.fieldbuses[bus.name] = made
-            building.add_state(made.digest)
+            building.fieldbuses[bus.name] = fieldbus
+            building.add_state(fieldbus.digest)
             net_id = default_net_id(building.ground.router.net_id, number)
-            served.append(served_bus(number, made, net_id))
-        _join(building, bus.name, made, [(taken[each.name], each) for each in own], shared)
+            served.append(served_bus(number, fieldbus, net_id))
+        _join(building, bus.name, fieldbus, [(taken[each.name], each) for each in own], shared)
     if served:
         attach_buses(building, served)
 

@@ -67,9 +67,9 @@ def _own(file: Path, class_name: str) -> SlaveBehaviour:
     module = importlib.util.module_from_spec(spec)
     try:
         spec.loader.exec_module(module)
-        made = getattr(module, class_name)()
+        behaviour = getattr(module, class_name)()
     except Exception as fault:
         raise EsiError(f"{file}:{class_name}: {type(fault).__name__}: {fault}") from fault
-    if not isinstance(made, SlaveBehaviour):
+    if not isinstance(behaviour, SlaveBehaviour):
         raise EsiError(f"{file}:{class_name}: expected a subclass of SlaveBehaviour")
-    return made
+    return behaviour

@@ -82,9 +82,9 @@ class EthercatBus:
         self.faults = DriveFaults(self.segment)
         """Faults injected on this bus."""
         self._ring = Ring(self.master, self.segment)
-        made = [self.master.slaves[sorted(places).index(place)] for place in places]
-        self.slaves: Sequence[BusSlave] = made[: len(drives)]
-        self.terminal_slaves: Sequence[BusSlave] = made[len(drives) :]
+        slaves = [self.master.slaves[sorted(places).index(place)] for place in places]
+        self.slaves: Sequence[BusSlave] = slaves[: len(drives)]
+        self.terminal_slaves: Sequence[BusSlave] = slaves[len(drives) :]
         self.master.request(AlState.OP)
 
     def take(self) -> None:

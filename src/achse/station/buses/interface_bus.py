@@ -125,9 +125,9 @@ class InterfaceBus:
         state = AlState.OP if before is None else before.requested_state
         self.master.request(state)
         stations = [configuration.stations().index(1001 + slot.place) for slot in self.plan.slots]
-        made = [self.master.slaves[number] for number in stations]
-        self.slaves: Sequence[BusSlave] = made[: len(self._torques)]
-        self.terminal_slaves: Sequence[BusSlave] = made[len(self._torques) :]
+        slaves = [self.master.slaves[number] for number in stations]
+        self.slaves: Sequence[BusSlave] = slaves[: len(self._torques)]
+        self.terminal_slaves: Sequence[BusSlave] = slaves[len(self._torques) :]
         if before is not None:
             before.on_event = None
             self._departing_masters.append(before)

@@ -195,8 +195,8 @@ def make_terminal(config: TerminalConfig, folder: Path = Path()) -> TerminalDevi
     be."""
     if config.esi is not None:
         return make_esi_terminal(config, folder)
-    made = DigitalTerminal if config.is_digital else AnalogTerminal
-    return made(config.input_count, config.output_count, config.name)
+    terminal_type = DigitalTerminal if config.is_digital else AnalogTerminal
+    return terminal_type(config.input_count, config.output_count, config.name)
 
 
 def _misfit(slot: BusSlot, slave: SlaveConfiguration) -> str:

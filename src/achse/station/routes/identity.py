@@ -32,7 +32,7 @@ class StationIdentity:
             config = self._config
             try:
                 if config.certificate is None or config.key is None:
-                    self._identity = OwnCertificate.made(self._base / config.folder, self.name)
+                    self._identity = OwnCertificate.ensure(self._base / config.folder, self.name)
                 else:
                     files = self._base / config.certificate, self._base / config.key
                     self._identity = OwnCertificate.load(*files)

@@ -42,7 +42,7 @@ class EsiLine:
         for place, (device, modules) in enumerate(chosen):
             act = acts.get(place, acts.get(None))
             try:
-                made = make_slave(
+                slave = make_slave(
                     device,
                     modules=modules,
                     behaviour=None if act is None else act(),
@@ -52,7 +52,7 @@ class EsiLine:
             except (KeyError, ValueError) as fault:
                 message = fault.args[0] if fault.args else fault
                 raise EsiError(f"slave {place + 1} ({device.type_name}): {message}") from None
-            self.slaves.append(made)
+            self.slaves.append(slave)
 
 
 def _chosen(spec: str, folder: EsiFolder) -> list[tuple[EsiDevice, tuple[str, ...]]]:

@@ -60,7 +60,7 @@ class OwnCertificate:
         return cls(certificate, key, fingerprint_of(parsed.public_bytes(form)))
 
     @classmethod
-    def made(cls, folder: Path, name: str) -> "OwnCertificate":
+    def ensure(cls, folder: Path, name: str) -> "OwnCertificate":
         """Return the one in `folder`, which is made if it is not there: RSA 2048, self-signed, CN
         `name`.
 
