@@ -79,8 +79,8 @@ def _name(symbol: str) -> str:
 
 def _head(head: str, parameters: str) -> str:
     result, symbol = re.fullmatch(r"(internal )?(.*) (@\S+)", head).group(2, 3)  # type: ignore[union-attr]
-    given = (each.split(" ") for each in parameters.split(", ") if each)
-    names = ", ".join(f"{_type(type)} {_name(name)}" for type, name in given)
+    fields = (each.split(" ") for each in parameters.split(", ") if each)
+    names = ", ".join(f"{_type(type)} {_name(name)}" for type, name in fields)
     linkage = "" if _name(symbol) == "entry" else "static "
     return f"{linkage}{_type(result)} {_name(symbol)}({names})"
 
@@ -137,14 +137,14 @@ def _arguments(text: str) -> list[str]:
 
 
 def _call(text: str) -> str:
-    symbol, given = re.fullmatch(r"(@\S+?)\((.*)\)", text).groups()  # type: ignore[union-attr]
+    symbol, passed = re.fullmatch(r"(@\S+?)\((.*)\)", text).groups()  # type: ignore[union-attr]
     name = symbol.strip('@"')
     if name.startswith(("llvm.", "achse_")):
         name = name.removeprefix("llvm.").removeprefix("achse_").split(".")[0]
         name = _FUNCTIONS.get(name, name)
     else:
         name = _name(symbol)
-    arguments = _arguments(given)
+    arguments = _arguments(passed)
     if name in ("memmove", "memset"):
         arguments = arguments[:3]  # behind them is whether they are volatile
     return f"{name}({', '.join(arguments)})"
@@ -195,8 +195,8 @@ def _statement(text: str) -> str:
     operation, _, rest = text.partition(" ")
     if operation == "store":
         value, place = rest.split(", ptr ")
-        type, given = value.split(" ", 1)
-        return f"{_place(type, place)} = {_operand(given)};"
+        type, operand = value.split(" ", 1)
+        return f"{_place(type, place)} = {_operand(operand)};"
     if operation == "br":
         ways = [f"goto {each}_;" for each in re.findall(r"label %(\w+)", rest)]
         if len(ways) == 1:

@@ -53,13 +53,13 @@ def measured(cycle: Callable[[float], object], cycles: int) -> float:
 
 
 def controller(compiled: bool) -> Callable[[float], object]:
-    made = CamController(encoder=CamEncoder(4096.0), compiled=compiled)
+    cams = CamController(encoder=CamEncoder(4096.0), compiled=compiled)
     for number in range(1, CAMS + 1):
-        made.set_cam(number, cam(number))
+        cams.set_cam(number, cam(number))
 
     def cycle(position: float) -> int:
-        made.take_position(position)
-        return made.cycle()
+        cams.take_position(position)
+        return cams.cycle()
 
     return cycle
 
@@ -88,9 +88,9 @@ def station(seconds: float) -> float:
         "axis": [{"id": 1, "name": "C", "modulo": True}],
         "camshaft": [{"axis": "C", "cam": cams}] * 4,
     }
-    made = Station(parse(document, "benchmark"))
+    running = Station(parse(document, "benchmark"))
     begin = time.perf_counter()
-    made.advance(seconds)
+    running.advance(seconds)
     return time.perf_counter() - begin
 
 

@@ -384,8 +384,8 @@ async def measure(
     print("memory: " + " ".join(f"{each:.0f}" for each in (*tenths, figures[-1])) + " MB")
     growth = max(figures) - max(figures[: len(figures) // 5 + 1])
     return [
-        told
-        for wrong, told in (
+        fault
+        for wrong, fault in (
             (missed or not stamps, f"the steady client missed {missed} of {len(stamps)} samples"),
             (churn.foreign, f"{churn.foreign} samples came that nobody had asked for"),
             (any(left.values()), f"of clients that are gone is left: {left}"),

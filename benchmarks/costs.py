@@ -134,5 +134,5 @@ def main(seconds: float, reads: int) -> None:
 
 
 if __name__ == "__main__":
-    given = sys.argv[1:] or ["10", "20000"]
-    main(float(given[0]), int(given[1]))
+    arguments = sys.argv[1:] or ["10", "20000"]
+    main(float(arguments[0]), int(arguments[1]))

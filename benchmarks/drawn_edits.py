@@ -78,8 +78,8 @@ def _spliced(text: str, span: tuple[int, int], new: str) -> str:
 
 
 def _inside(text: str, parts: re.Pattern[str], draw: random.Random) -> tuple[int, int]:
-    found = [one.span(1) for one in parts.finditer(text)]
-    return draw.choice(found) if found else (0, len(text))
+    spans = [one.span(1) for one in parts.finditer(text)]
+    return draw.choice(spans) if spans else (0, len(text))
 
 
 def _word_in(text: str, parts: re.Pattern[str], draw: random.Random) -> str:
@@ -104,10 +104,10 @@ def body(text: str, draw: random.Random) -> str:
 
 def declaration(text: str, draw: random.Random) -> str:
     """Change, add, rename, double or remove a variable, or its section."""
-    found = list(_VARIABLE.finditer(text))
-    if not found:
+    variables = list(_VARIABLE.finditer(text))
+    if not variables:
         return _word_in(text, _DECLARATION, draw)
-    one, other = draw.choice(found), draw.choice(found)
+    one, other = draw.choice(variables), draw.choice(variables)
     match draw.randrange(6):
         case 0:
             return _spliced(text, one.span(2), draw.choice((*_TYPES, other[2])))
@@ -126,10 +126,10 @@ def declaration(text: str, draw: random.Random) -> str:
 
 def signature(text: str, draw: random.Random) -> str:
     """Change the first line of a routine: its name, its result, or who may call it."""
-    found = list(_HEADER.finditer(text))
-    if not found:
+    headers = list(_HEADER.finditer(text))
+    if not headers:
         return declaration(text, draw)
-    one = draw.choice(found)
+    one = draw.choice(headers)
     words = one[0].split(":", 1)
     match draw.randrange(4):
         case 0:
@@ -146,10 +146,10 @@ def signature(text: str, draw: random.Random) -> str:
 
 def unit_name(text: str, draw: random.Random) -> str:
     """Rename a unit where it is declared, or change what it extends."""
-    found = list(_UNIT.finditer(text))
-    if not found:
+    units = list(_UNIT.finditer(text))
+    if not units:
         return _word_in(text, _DECLARATION, draw)
-    one = draw.choice(found)
+    one = draw.choice(units)
     if draw.random() < 0.5:
         return _spliced(text, one.span(1), f"{one[1]}X")
     base = draw.choice(_WORD.findall(text))
@@ -183,9 +183,9 @@ def broken(text: str, draw: random.Random) -> str:
 
 def part(text: str, draw: random.Random) -> str:
     """Take a part of the XML away, double it, or break a tag."""
-    found = list(_PART.finditer(text))
-    if found and draw.random() < 0.7:
-        one = draw.choice(found)
+    parts = list(_PART.finditer(text))
+    if parts and draw.random() < 0.7:
+        one = draw.choice(parts)
         return _spliced(text, one.span(), one[0] * 2 if draw.random() < 0.3 else "")
     tags = list(_TAG.finditer(text))
     return _spliced(text, draw.choice(tags).span(), "") if tags else broken(text, draw)
@@ -272,9 +272,9 @@ class DrawnProject:
 
     def _change_references(self, workspace: Workspace) -> str:
         text = self._listing.decode("utf-8-sig")
-        found = list(_REFERENCE.finditer(text))
-        if found:
-            text = _spliced(text, self._draw.choice(found).span(), "")
+        references = list(_REFERENCE.finditer(text))
+        if references:
+            text = _spliced(text, self._draw.choice(references).span(), "")
         self.place.write_text(text, "utf-8")
         self._is_listing_changed = True
         return workspace.reread(self.place).value
@@ -286,7 +286,7 @@ class ColdCheck:
     def __init__(self, place: Path) -> None:
         self._place = place
         self._trees: WeakValueDictionary[tuple[object, ...], object] = WeakValueDictionary()
-        self._kept: object = None
+        self._sources: object = None
 
     def findings(
         self, texts: dict[Path, bytes], *, linted: bool
@@ -299,18 +299,18 @@ class ColdCheck:
                 project, error = files.examined(None, None, "libraries", None, check_all=False)
         except SourceError as nothing:
             return sorted_findings(nothing.faults, (), ()), [] if linted else None
-        self._kept = project.sources
+        self._sources = project.sources
         typed = check(
             project.declarations,
             predefined=lists_of_runtime(files.tasks),
             reach=project.reach,
             unreached=project.unreached,
         )
-        found = findings_of(project, error, typed)
+        findings = findings_of(project, error, typed)
         if not linted:
-            return found, None
+            return findings, None
         rules = LintOptions().with_all()
-        return found, list(lint(project.sources, project.declarations, typed, rules))
+        return findings, list(lint(project.sources, project.declarations, typed, rules))
 
 
 def compare(root: Path, edits: int, seed: int, every: int) -> int:
@@ -362,18 +362,18 @@ def _show(got: ProjectFindings, expected: ProjectFindings) -> None:
 
 def main() -> int:
     """Compare drawn edits of a made-up project, or of a copy of the user's."""
-    given = sys.argv[1] if len(sys.argv) > 1 else "800"
+    project = sys.argv[1] if len(sys.argv) > 1 else "800"
     edits = int(sys.argv[2]) if len(sys.argv) > 2 else 1_000
     seed = int(sys.argv[3]) if len(sys.argv) > 3 else 7
     every = int(sys.argv[4]) if len(sys.argv) > 4 else 1
     with tempfile.TemporaryDirectory() as folder:
         root = Path(folder).resolve() / "project"
-        if given.isdigit():
+        if project.isdigit():
             root.mkdir()
-            write_project(root, int(given))
+            write_project(root, int(project))
         else:
-            shutil.copytree(given, root)
-        print(f"{given}, seed {seed}")
+            shutil.copytree(project, root)
+        print(f"{project}, seed {seed}")
         return bool(compare(root, edits, seed, every))
 
 

@@ -26,12 +26,12 @@ def station(axes: int) -> Station:
         "axis": [{"id": n, "name": f"A{n}", **dynamics} for n in range(1, axes + 1)],
         "drive": [{"axis": n} for n in range(1, axes + 1)],
     }
-    made = Station(parse(document, "benchmark"))
-    assert made.nc is not None
-    for axis in made.nc:
+    running = Station(parse(document, "benchmark"))
+    assert running.nc is not None
+    for axis in running.nc:
         axis.control_dword, axis.velocity_override = 7, 1_000_000
-    made.advance(2.0)
-    return made
+    running.advance(2.0)
+    return running
 
 
 def main() -> None:
@@ -40,20 +40,20 @@ def main() -> None:
     if compiler_installed():
         _ = KERNEL.function
     for name, allowed in (("kernel", True), ("frames", False)):
-        made = station(axes)
-        shortcut = made.buses[0].shortcut
-        assert made.nc is not None
+        driven = station(axes)
+        shortcut = driven.buses[0].shortcut
+        assert driven.nc is not None
         assert shortcut is not None
         shortcut.allowed &= allowed
-        for axis in made.nc:
+        for axis in driven.nc:
             code = commands.start(axis, StartType.ABSOLUTE, 300.0 * seconds, 200.0)
             assert code == 0, hex(code)
         wall, used = time.perf_counter(), time.process_time()
-        made.advance(seconds)
+        driven.advance(seconds)
         wall, used = time.perf_counter() - wall, time.process_time() - used
         print(
             f"{axes} axes on drives, {name}: {seconds / wall:6.1f} × real time, "
-            f"{seconds / used:6.1f} × of processor time, state {made.digest()}",
+            f"{seconds / used:6.1f} × of processor time, state {driven.digest()}",
             flush=True,
         )
 

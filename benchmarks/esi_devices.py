@@ -55,12 +55,12 @@ def by_scan(device: EsiDevice) -> str:
     """Why a slave does not get to Op that the master scans."""
     segment = Segment([make_slave(device)])
     try:
-        (found,) = do_steps(segment, scan_bus())
+        (slave,) = do_steps(segment, scan_bus())
     except BusError as fault:
         return f"scan: {fault}"
-    if found.trouble:
-        return f"scan: {found.trouble}"
-    return operate(segment, found.configuration)
+    if slave.trouble:
+        return f"scan: {slave.trouble}"
+    return operate(segment, slave.configuration)
 
 
 def do_steps(segment: Segment, steps: Steps[T]) -> T:

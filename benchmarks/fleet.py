@@ -290,7 +290,7 @@ async def measure(broker: Broker, fleet: Fleet, axes: int, seconds: float) -> in
     def meter() -> Meter:
         return Meter(pids, broker.process.pid, fleet.supervisor)
 
-    def told(what: str, used: Meter, axes_now: int) -> float:
+    def print_share(what: str, used: Meter, axes_now: int) -> float:
         _, share, of_broker, of_supervisor = used.shares()
         cost = 1e6 * share / len(rows)
         print(
@@ -302,14 +302,14 @@ async def measure(broker: Broker, fleet: Fleet, axes: int, seconds: float) -> in
 
     at_rest = meter()
     await asyncio.sleep(seconds)
-    told("at rest", at_rest, 0)
+    print_share("at rest", at_rest, 0)
     began = time.monotonic()
     await move_all(rows, axes)
     print(f"moving all axes took {time.monotonic() - began:.1f} s")
     before = {row["name"]: row for row in await fleet.rows()}
     moving = meter()
     await asyncio.sleep(max(seconds, 2.0))
-    share = told("all axes moving", moving, axes)
+    share = print_share("all axes moving", moving, axes)
     after = await fleet.rows()
     cycles = sum(row["cycles"] - before[row["name"]]["cycles"] for row in after)
     computed = sum(
@@ -357,13 +357,13 @@ def main(stations: int, axes: int, speed: float, per_process: int, seconds: floa
 
 
 if __name__ == "__main__":
-    given = dict(enumerate(sys.argv[1:]))
+    arguments = dict(enumerate(sys.argv[1:]))
     sys.exit(
         main(
-            int(given.get(0, 3)),
-            int(given.get(1, 10)),
-            float(given.get(2, 0.1)),
-            int(given.get(3, 1)),
-            float(given.get(4, 2.0)),
+            int(arguments.get(0, 3)),
+            int(arguments.get(1, 10)),
+            float(arguments.get(2, 0.1)),
+            int(arguments.get(3, 1)),
+            float(arguments.get(4, 2.0)),
         )
     )

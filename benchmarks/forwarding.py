@@ -215,8 +215,8 @@ def instructions(work: str, shape: str, repetitions: int) -> int:
     command = ["valgrind", "--tool=callgrind", "--callgrind-out-file=/dev/null", sys.executable]
     command += [__file__, "run", work, shape, str(repetitions)]
     same = {**os.environ, "PYTHONHASHSEED": "0"}  # each start does the same
-    told = subprocess.run(command, capture_output=True, text=True, check=True, env=same).stderr
-    return int(re.findall(r"Collected : (\d+)", told)[0])
+    output = subprocess.run(command, capture_output=True, text=True, check=True, env=same).stderr
+    return int(re.findall(r"Collected : (\d+)", output)[0])
 
 
 def microseconds(work: Work, requests: int, rounds: int) -> float:
@@ -296,8 +296,8 @@ def main(what: str = "instructions", *words: str) -> None:
             requests = make()
             for name, work_of in WORKS.items():
                 rounds = int(words[0]) if words else 20
-                told = microseconds(work_of(requests), len(requests), rounds)
-                print(f"{shape:8} {name:8} {told:6.2f} µs per request and answer")
+                duration = microseconds(work_of(requests), len(requests), rounds)
+                print(f"{shape:8} {name:8} {duration:6.2f} µs per request and answer")
     elif what == "throughput":
         throughput(float(words[0]) if words else 1.0)
     else:

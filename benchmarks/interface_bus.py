@@ -94,18 +94,18 @@ def beside(cycle_ns: int) -> Iterator[array]:  # type: ignore[type-arg]
 
 def lateness(stamps: Sequence[int], cycle_ns: int) -> list[float]:
     """µs behind the grid of the cycle, sorted; the grid begins anew where a second was given up."""
-    found: list[float] = []
+    late: list[float] = []
     part: list[int] = []
     before = stamps[0]
     for stamp in [*stamps, stamps[-1] + 10**10]:
         if stamp - before > 10**9:
             offsets = [each - number * cycle_ns for number, each in enumerate(part)]
             earliest = min(offsets)
-            found += [(each - earliest) / 1000.0 for each in offsets]
+            late += [(each - earliest) / 1000.0 for each in offsets]
             part = []
         part.append(stamp)
         before = stamp
-    return sorted(found)
+    return sorted(late)
 
 
 def at(ordered: Sequence[float], share: float) -> float:
@@ -212,7 +212,7 @@ async def measure(seconds: float, drives: int, cycle_ns: int, pace: str) -> list
             used, began = time.process_time(), time.monotonic()
             await asyncio.sleep(seconds)
             used, passed = time.process_time() - used, time.monotonic() - began
-        counters, found = bus.master.cyclic.counters, list(trips)
+        counters, durations = bus.master.cyclic.counters, list(trips)
         moving = sum(axis.set_velocity != 0.0 for axis in station.nc)
         late = station.pace.late_ticks - ticks if station.pace else 0
         given_up = station.pace.rebases - rebases if station.pace else 0
@@ -233,7 +233,7 @@ async def measure(seconds: float, drives: int, cycle_ns: int, pace: str) -> list
         f" pace of the {pace}, drift of its clock learned {bus.reference.drift_ppm:.1f} ppm"
     )
     print(f"the station takes {100 * used / passed:.0f} % of a processor")
-    return found
+    return durations
 
 
 def main() -> None:

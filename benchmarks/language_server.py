@@ -2,7 +2,7 @@
 
 A client of pygls types into a project over standard streams: faults into bodies and out again, and
 other types into declarations. Without a folder the project is made up, of that many sources. Times
-are those that an editor waits, the pause of the server (30 ms) included; `asked` is without it.
+are those that an editor waits, the pause of the server (30 ms) included; `hovered` is without it.
 Processor times are those of all threads of the server, where the system tells them.
 DRAWN further edits of any kind are each compared with a cold check: all diagnostics of all files.
 Usage: python benchmarks/language_server.py [SOURCES|FOLDER] [EDITS] [DRAWN]
@@ -144,7 +144,7 @@ class Typist:
                     await self._any.wait()
         return self.shown == expected
 
-    async def asked(self, offset: int = 0) -> None:
+    async def hovered(self, offset: int = 0) -> None:
         """Wait for the answer about a place."""
         document = types.TextDocumentIdentifier(self._uri)
         params = types.HoverParams(document, self._position(offset))
@@ -244,7 +244,7 @@ _NEW = (
 def draw_edit(generator: random.Random, text: str) -> tuple[int, int, str]:
     """Draw an edit, mostly in the code: some characters for others, or a word for another."""
     words = list(_WORD.finditer(text))
-    places = [found.span(1) for found in _ANY_CODE.finditer(text)]
+    places = [match.span(1) for match in _ANY_CODE.finditer(text)]
     if words and generator.random() < 0.4:
         one, other = generator.choice(words), generator.choice(words)
         return one.start(), one.end(), other[0]
@@ -261,8 +261,8 @@ def cold_diagnostics(root: Path, file: Path, text: str) -> dict[str, list[types.
     editor.open(file.as_uri(), text, 1)
     editor.update()
     editor.projects.load()
-    found = Published(editor).changes()
-    return {params.uri: list(params.diagnostics) for params in found if params.diagnostics}
+    published = Published(editor).changes()
+    return {params.uri: list(params.diagnostics) for params in published if params.diagnostics}
 
 
 async def compare_drawn_edits(root: Path, typist: Typist, files: list[Path], count: int) -> int:
@@ -275,7 +275,7 @@ async def compare_drawn_edits(root: Path, typist: Typist, files: list[Path], cou
         typist.open(file)
         for _ in range(2):
             typist.replace(*draw_edit(generator, typist.text))
-            await typist.asked()
+            await typist.hovered()
             expected = cold_diagnostics(root, file, typist.text)
             differing += not await typist.shows(expected)
         typist.close()
@@ -317,7 +317,7 @@ async def _type(typist: Typist, watch: Stopwatch, files: list[Path], edits: int)
     for _ in range(edits):
         text = typist.open(generator.choice(files))
         code = generator.choice(list(_CODE.finditer(text)))
-        await typist.asked()
+        await typist.hovered()
         start = code.start(1)
         fault = "\nnothing_here := 1;\n"
         for end, new in ((start, fault), (start + len(fault), "")):
@@ -325,29 +325,29 @@ async def _type(typist: Typist, watch: Stopwatch, files: list[Path], edits: int)
             await watch.measure("edit of a body, until shown", typist.seen())
         for end, new in ((start, "(* more *)"), (start + 10, "")):
             typist.replace(start, end, new)
-            await watch.measure("edit of a body, asked", typist.asked())
+            await watch.measure("edit of a body, asked", typist.hovered())
         place = generator.randrange(start, code.end(1)) if code[1] else start
-        await watch.measure("hover", typist.asked(place))
+        await watch.measure("hover", typist.hovered(place))
         await watch.measure("completion", typist.completed(place))
-        found = list(_TYPE.finditer(text))
-        if found:
-            one = generator.choice(found)
+        variables = list(_TYPE.finditer(text))
+        if variables:
+            one = generator.choice(variables)
             start, old = one.start(1), one[1]
             for end, new in ((one.end(1), "LINT"), (start + 4, old)):
                 typist.replace(start, end, new)
-                await watch.measure("edit of a declaration, asked", typist.asked())
+                await watch.measure("edit of a declaration, asked", typist.hovered())
 
 
 def main() -> int:
     """Measure a made-up project, or one of the user; 1 if drawn edits differ."""
-    given = sys.argv[1] if len(sys.argv) > 1 else "800"
+    project = sys.argv[1] if len(sys.argv) > 1 else "800"
     edits = int(sys.argv[2]) if len(sys.argv) > 2 else 100
     drawn = int(sys.argv[3]) if len(sys.argv) > 3 else 0
-    if not given.isdigit():
-        return bool(asyncio.run(measure(Path(given).resolve(), edits, drawn)))
+    if not project.isdigit():
+        return bool(asyncio.run(measure(Path(project).resolve(), edits, drawn)))
     with tempfile.TemporaryDirectory() as folder:
-        write_project(Path(folder), int(given))
-        print(f"{given} sources")
+        write_project(Path(folder), int(project))
+        print(f"{project} sources")
         return bool(asyncio.run(measure(Path(folder).resolve(), edits, drawn)))
 
 

@@ -193,7 +193,7 @@ class Cable:
         return self.samples + sum(each.samples for each in self._counters)
 
     @contextlib.asynccontextmanager
-    async def held(self) -> AsyncIterator[None]:
+    async def paused(self) -> AsyncIterator[None]:
         """Let nothing go to the router; all that went before is with the programs."""
         self.flows.clear()
         await asyncio.sleep(2.0)
@@ -265,7 +265,7 @@ async def measure(programs: int, subscriptions: int, seconds: float, folder: Pat
         ]
         for kind, count in Counter(kind for kind, _ in started).items():
             print(f"{count} {kind} with {subscriptions} subscriptions each", flush=True)
-        async with cable.held():  # a program may drop samples while it subscribes
+        async with cable.paused():  # a program may drop samples while it subscribes
             early = sum([await so_far(each) for each in clients]) - cable.passed
         pause = seconds / (RESTARTS + PULLS + 1)
         for step in range(RESTARTS + PULLS):
@@ -278,7 +278,7 @@ async def measure(programs: int, subscriptions: int, seconds: float, folder: Pat
                 cable.pull()
         await asyncio.sleep(pause)
         total: dict[str, Counter[str]] = {kind: Counter() for kind, _ in started}
-        async with cable.held():
+        async with cable.paused():
             figures, passed = await status(), cable.passed
             for (kind, _), each in zip(started, clients, strict=True):
                 output = (await each.communicate(b""))[0].decode().strip()

@@ -155,14 +155,14 @@ class Planting:
     def measure(self) -> Baseline:
         """Run all tests in a fork, with the lines that each runs."""
         with tempfile.TemporaryDirectory() as folder:
-            kept = Path(folder, "baseline")
-            code = fork(lambda: self._measure(kept))
-            if not kept.exists():
+            file = Path(folder, "baseline")
+            code = fork(lambda: self._measure(file))
+            if not file.exists():
                 raise SystemExit(f"{self.name}: no baseline: exit code {code}")
-            baseline: Baseline = pickle.loads(kept.read_bytes())
+            baseline: Baseline = pickle.loads(file.read_bytes())
         return baseline
 
-    def _measure(self, kept: Path) -> int:
+    def _measure(self, target: Path) -> int:
         outcomes = Outcomes()
         self.items[0].config.pluginmanager.register(outcomes)
         files = [str(file) for file in self.sources]
@@ -183,7 +183,7 @@ class Planting:
             for line, contexts in data.contexts_by_lineno(file).items():
                 lines[line] = {int(each) for each in contexts if each and int(each) in cpu}
             tests[file] = dict(lines)
-        kept.write_bytes(pickle.dumps(Baseline(cpu, tests)))
+        target.write_bytes(pickle.dumps(Baseline(cpu, tests)))
         return 0
 
     def drawn(self) -> list[Mutant]:
@@ -368,23 +368,23 @@ def main(arguments: Sequence[str]) -> int:
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--only", metavar="MODULE", help="one module of one room, by its own tests")
     parser.add_argument("-v", "--verbose", action="store_true", help="print killed faults, too")
-    given = parser.parse_args(arguments)
-    if given.list or not given.rooms:
+    chosen = parser.parse_args(arguments)
+    if chosen.list or not chosen.rooms:
         for name, room in ROOMS.items():
             print(f"{name:12} {room.guards}")
         return 0
-    for room in given.rooms:
+    for room in chosen.rooms:
         if room != "all" and room not in ROOMS:
             parser.error(f"no room of this name: expected one of {', '.join(ROOMS)}, got {room!r}")
-    known = [] if "all" in given.rooms or given.rooms[1:] else ROOMS[given.rooms[0]].sources
-    if given.only and given.only not in known:
-        parser.error(f"--only: expected a module of one room {list(known)}, got {given.only!r}")
-    count = None if given.all else given.count
-    rooms = list(ROOMS) if "all" in given.rooms else given.rooms
+    known = [] if "all" in chosen.rooms or chosen.rooms[1:] else ROOMS[chosen.rooms[0]].sources
+    if chosen.only and chosen.only not in known:
+        parser.error(f"--only: expected a module of one room {list(known)}, got {chosen.only!r}")
+    count = None if chosen.all else chosen.count
+    rooms = list(ROOMS) if "all" in chosen.rooms else chosen.rooms
     if len(rooms) == 1:
-        return run(rooms[0], count, given.seed, only=given.only, verbose=given.verbose)
-    options = ["--all"] if given.all else ["--count", str(count)]
-    options += ["--seed", str(given.seed), *(["--verbose"] if given.verbose else [])]
+        return run(rooms[0], count, chosen.seed, only=chosen.only, verbose=chosen.verbose)
+    options = ["--all"] if chosen.all else ["--count", str(count)]
+    options += ["--seed", str(chosen.seed), *(["--verbose"] if chosen.verbose else [])]
     # Each room collects its own tests in a process of its own.
     codes = [
         subprocess.run([sys.executable, __file__, room, *options], check=False).returncode

@@ -110,8 +110,8 @@ def in_c(make: Callable[[], Nc]) -> Nc:
     ours, theirs = make(), make()
     kinds: Any = KERNEL.function.argtypes  # type: ignore[attr-defined]  # of ctypes
     function.argtypes, function.restype = kinds, None
-    given = zip(kinds, theirs.kernel_arguments, strict=False)
-    theirs._cycles = partial(function, *(kind(value) for kind, value in given))
+    arguments = zip(kinds, theirs.kernel_arguments, strict=False)
+    theirs._cycles = partial(function, *(kind(value) for kind, value in arguments))
     for nc in (ours, theirs):
         nc.cycle(1000)
     assert ours.digest() == theirs.digest(), "the program in C computes something else"

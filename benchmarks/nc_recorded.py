@@ -149,21 +149,22 @@ def main() -> int:
     options.add_argument("--hours", type=float, default=1.0)
     options.add_argument("--save", type=Path)
     options.add_argument("--compare", type=Path)
-    given = options.parse_args()
-    found = list(lines(given.hours))
-    sessions = [line for line in found if line.startswith("session")]
+    chosen = options.parse_args()
+    recorded = list(lines(chosen.hours))
+    sessions = [line for line in recorded if line.startswith("session")]
     half = len(sessions) // 2
     if sessions[:half] != sessions[half:] and compiler_installed():
         print("the two kernels differ")
         return 1
-    if given.save:
-        given.save.write_text("\n".join(found), encoding="utf-8")
-    if given.compare:
-        before = given.compare.read_text(encoding="utf-8").splitlines()
-        same = sum(a == b for a, b in zip(found, before, strict=False))
+    if chosen.save:
+        chosen.save.write_text("\n".join(recorded), encoding="utf-8")
+    if chosen.compare:
+        before = chosen.compare.read_text(encoding="utf-8").splitlines()
+        same = sum(a == b for a, b in zip(recorded, before, strict=False))
         print(f"{same} of {len(before)} lines are the same")
-        return int(found != before)
-    print(f"{len(found)} lines, {hashlib.blake2b(repr(found).encode(), digest_size=8).hexdigest()}")
+        return int(recorded != before)
+    digest = hashlib.blake2b(repr(recorded).encode(), digest_size=8).hexdigest()
+    print(f"{len(recorded)} lines, {digest}")
     return 0
 
 

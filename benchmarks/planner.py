@@ -81,9 +81,9 @@ def main() -> None:
     count = parser.parse_args().cases
     fast = Kernel("planner", plan_all, {Case: CASE}).function
 
-    otg, given, trajectory = Ruckig(1), InputParameter(1), Trajectory(1)
-    given.target_velocity = [0.0]
-    given.target_acceleration = [0.0]
+    otg, request, trajectory = Ruckig(1), InputParameter(1), Trajectory(1)
+    request.target_velocity = [0.0]
+    request.target_acceleration = [0.0]
 
     print(f"{'µs per plan':<24}{'compiled':>10}{'Python':>10}{'ruckig':>10}{'+ inputs':>10}")
     for kind in ("rest to rest", "any state", "any state, dec != acc"):
@@ -101,17 +101,17 @@ def main() -> None:
 
         def oracle(calculate: bool, rows: list[list[float]] = rows) -> None:
             for p, v, a, target, _, top, acc, dec, jerk in rows:
-                given.current_position = [p]
-                given.current_velocity = [v]
-                given.current_acceleration = [a]
-                given.target_position = [target]
-                given.max_velocity = [top]
-                given.max_acceleration = [acc]
-                given.min_acceleration = [-dec]
-                given.max_jerk = [jerk]
+                request.current_position = [p]
+                request.current_velocity = [v]
+                request.current_acceleration = [a]
+                request.target_position = [target]
+                request.max_velocity = [top]
+                request.max_acceleration = [acc]
+                request.min_acceleration = [-dec]
+                request.max_jerk = [jerk]
                 if calculate:
                     with contextlib.suppress(RuckigError):  # it gives up on some
-                        otg.calculate(given, trajectory)
+                        otg.calculate(request, trajectory)
 
         compiled = per_call(partial(fast, memory.ctypes.data, count), count)
         plain = per_call(interpreted, count)

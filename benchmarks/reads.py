@@ -93,18 +93,18 @@ def servers(folder: str) -> Iterator[dict[str, tuple[str, str]]]:
     with contextlib.ExitStack() as stack:
         ours = next(hosts)
         stack.enter_context(station(ours))
-        found = {OURS: (ours, "MAIN.nCounter")}
+        places = {OURS: (ours, "MAIN.nCounter")}
         for name, (script, *options) in PEERS.items():
             host = next(hosts)
             command = (str(HERE / script), *options, host)
             stack.enter_context(running(*command, ready="peer ready"))
-            found[name] = host, ""
+            places[name] = host, ""
         program = compiled_responder(folder)
         if program:
             host = next(hosts)
             stack.enter_context(running(host, ready="peer ready", program=program))
-            found["bare, in C"] = host, ""
-        yield found
+            places["bare, in C"] = host, ""
+        yield places
 
 
 def main(reads: int, rounds: int) -> None:

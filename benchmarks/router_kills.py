@@ -36,13 +36,13 @@ PARTS = ("program", "router", "station")
 async def program(router: str, net_id: str) -> None:
     """Fetch and subscribe until the process is killed."""
     async with (
-        contextlib.AsyncExitStack() as kept,
+        contextlib.AsyncExitStack() as subscriptions,
         achse.connect(router, net_id=net_id, port=PLC) as client,
     ):
         print("ready", flush=True)
         while True:
             for name in NAMES:
-                await kept.enter_async_context(client.subscribe(name))
+                await subscriptions.enter_async_context(client.subscribe(name))
                 await client.read_write_raw(GET_HANDLE, 0, 4, name.encode() + b"\0")
 
 
@@ -61,7 +61,7 @@ def kill(process: subprocess.Popen[str]) -> None:
     process.communicate()
 
 
-async def held(station: str) -> tuple[int, int, int]:
+async def resources(station: str) -> tuple[int, int, int]:
     """Subscriptions, handles of programs that are there, and abandoned handles."""
     async with achse.connect(station, net_id=f"{station}.1.1", port=STATION_PORT) as client:
         figures = json.loads(bytes(await client.read_raw(STATISTICS, 0, 1 << 20)))
@@ -120,7 +120,7 @@ def measure(kills: int, seed: int) -> None:
                 time.sleep(moments.uniform(0.0, 0.2))
                 begin = time.monotonic()
                 kill(there.pop("program"))
-            while any(left := asyncio.run(held(station))):
+            while any(left := asyncio.run(resources(station))):
                 most["abandoned handles"] = max(most["abandoned handles"], left[2])
                 if time.monotonic() > begin + WITHIN_S:
                     raise SystemExit(f"subscriptions, handles, abandoned handles remain: {left}")

@@ -42,23 +42,23 @@ def recorder(channels: int, compiled: bool, triggers: bool, called: bool) -> Rec
         cell = MemoryCell(memory, 8 * int(channel.symbol), 8)
         return ScopeSource((lambda: cell()) if called else cell, type, MS)
 
-    given = {
+    document = {
         "channels": [{"name": f"c{n}", "symbol": str(n)} for n in range(channels)],
         "triggers": [f"c{n} rising 1" for n in range(min(channels, 64))] if triggers else [],
         "record_length": 1.0,
     }
-    return Recorder(definition_of(given), bind, compiled=compiled)
+    return Recorder(definition_of(document), bind, compiled=compiled)
 
 
 def nanoseconds(channels: int, count: int, **how: bool) -> float:
     """Per channel-sample, everything a cycle does for a scope included."""
-    made = recorder(channels, **how)
-    made.start(0)
+    recording = recorder(channels, **how)
+    recording.start(0)
     rows = count if how["compiled"] else count // 20
     begin = time.perf_counter()
     for now in range(MS, rows * MS, MS):
-        if made.due_ns <= now:
-            made.sample(now)
+        if recording.due_ns <= now:
+            recording.sample(now)
     return (time.perf_counter() - begin) / rows / channels * 1e9
 
 

@@ -139,8 +139,8 @@ def in_c(groups: int, cycles: int, option: str) -> tuple[float, int] | None:
         flags = [option, "-ffp-contract=off", "-fwrapv"]
         subprocess.run([compiler, *flags, "-o", str(program), str(source)], check=True)
         said = subprocess.run([program, str(cycles)], capture_output=True, text=True, check=True)
-    spent, found = said.stdout.split()
-    return float(spent) / cycles, int(found)
+    spent, result = said.stdout.split()
+    return float(spent) / cycles, int(result)
 
 
 def _form(
@@ -153,7 +153,7 @@ def _form(
     """Make and measure one form; the PLC, and the cycles it has run. `expected`: the sum after a
     number of cycles."""
     statements = groups * STATEMENTS
-    plc, all_of_it, made = station(groups, form)
+    plc, all_of_it, compiling = station(groups, form)
     if expected is not None:
         plc.run_due(plc.tasks[0].due_ns + (expected[0] - 1) * plc.tasks[0].cycle_ns)
         assert total(plc) == expected[1], (total(plc), expected[1])
@@ -165,7 +165,7 @@ def _form(
         f"{name}{of_cycle / statements * 1e9:9.2f} ns per statement,"
         f" 5,000 of them take {share:.2%} of a 10 ms task;"
         f" an empty cycle {turn * 1e6:.1f} µs;"
-        f" from text to first cycle {all_of_it * 1000:.0f} ms, code {made * 1000:.0f} ms of it"
+        f" from text to first cycle {all_of_it * 1000:.0f} ms, code {compiling * 1000:.0f} ms of it"
     )
     return plc, cycles
 
@@ -181,15 +181,15 @@ def main() -> None:
             os.environ["ACHSE_CACHE_DIR"] = folder
             station(1, CodeForm.MACHINE)  # llvmlite is loaded, our own code hashed
             _form("machine", groups, CodeForm.MACHINE, seconds, (cycles, total(plc)))
-            _, _, made = station(groups, CodeForm.MACHINE)
-            print(f"machine  code of the same from the cache in {made * 1000:.0f} ms")
+            _, _, compiling = station(groups, CodeForm.MACHINE)
+            print(f"machine  code of the same from the cache in {compiling * 1000:.0f} ms")
     for option in ("-O0", "-O2"):
-        found = in_c(groups, cycles, option)
-        if found is None:
+        compiled = in_c(groups, cycles, option)
+        if compiled is None:
             print(f"cc {option}: no C compiler here")
             continue
-        assert found[1] == total(plc), (found[1], total(plc))
-        print(f"cc {option}   {found[0] / statements * 1e9:8.2f} ns per statement, the same sum")
+        assert compiled[1] == total(plc), (compiled[1], total(plc))
+        print(f"cc {option}   {compiled[0] / statements * 1e9:8.2f} ns per statement, the same sum")
 
 
 if __name__ == "__main__":

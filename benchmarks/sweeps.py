@@ -38,15 +38,15 @@ def run(*, velocity: float, seed: int) -> dict[str, float]:
 
 def main(runs: int, workers: int) -> None:
     seeds = max(runs // 4, 1)
-    given = {"velocity": [50.0, 100.0, 150.0, 200.0]}
+    parameters = {"velocity": [50.0, 100.0, 150.0, 200.0]}
     with tempfile.TemporaryDirectory() as name:
         file = Path(name) / "scenario.py"
         file.write_text(SCENARIO)
         start = time.perf_counter()
-        many = achse.sweep(file, given, seeds=seeds, workers=workers)
+        many = achse.sweep(file, parameters, seeds=seeds, workers=workers)
         whole = time.perf_counter() - start
         start = time.perf_counter()
-        one = achse.sweep(file, given, seeds=seeds, workers=0)
+        one = achse.sweep(file, parameters, seeds=seeds, workers=0)
         alone = time.perf_counter() - start
     print(
         f"{len(many.rows)} runs: in one process {alone:.1f} s, by {workers} workers {whole:.1f} s"

@@ -50,11 +50,11 @@ async def measure() -> None:
         print(f"  upload and decoding {time.perf_counter() - start:.3f} s, {len(entries)} symbols")
         names = [entry.name for entry in entries[:: max(1, len(entries) // 10_000)]]
         start = time.perf_counter()
-        found = await plc.send_each(
+        outcomes = await plc.send_each(
             [ReadWriteRequest(0xF009, 0, 0xFFFF, name.encode()) for name in names]
         )
         elapsed = time.perf_counter() - start
-        assert all(outcome.result == 0 for outcome in found)
+        assert all(outcome.result == 0 for outcome in outcomes)
         print(f"  look-up by name {elapsed / len(names) * 1e6:.1f} us each, in sums of 500")
 
 

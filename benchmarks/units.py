@@ -64,15 +64,15 @@ def export_side(folder: Path, steps: int) -> None:
     (folder / "main.st").write_text(PROGRAM)
     (folder / "station.toml").write_text(STATION)
     begin = time.perf_counter()
-    made = export(folder / "station.toml")
+    unit = export(folder / "station.toml")
     print(f"export                    {time.perf_counter() - begin:8.2f} s")
-    (folder / "cell.fmu").write_bytes(made.archive)
+    (folder / "cell.fmu").write_bytes(unit.archive)
     with zipfile.ZipFile(folder / "cell.fmu") as archive:
         archive.extractall(folder / "cell")
     importer = compiled(TESTS / "interop/fmu/importer.c", folder / "importer")
     library = next((folder / "cell" / "binaries").rglob("*.*"))
     token = UnitFile.read(folder / "cell" / "resources").token
-    digest = str(len(made.variables) - 1)
+    digest = str(len(unit.variables) - 1)
     seconds = []
     for count in (1, steps):
         words = (importer, library, folder / "cell" / "resources", token, digest, count)

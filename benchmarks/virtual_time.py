@@ -115,9 +115,9 @@ async def watched(seconds: float, moving: bool, compiled: bool) -> Clocks:
             while station.time_ns < end and time.perf_counter() < turn:
                 station.advance(0.1)
             await asyncio.sleep(0)
-        found = rates(seconds, start)
+        clocks = rates(seconds, start)
     client.join()
-    return found
+    return clocks
 
 
 def main(seconds: float = 20.0, count: float = 5) -> None:

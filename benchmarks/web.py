@@ -67,13 +67,13 @@ async def readers(port: int, pages: int) -> None:
         wire = wsproto.WSConnection(wsproto.ConnectionType.CLIENT)
         writer.write(wire.send(events.Request(host=f"127.0.0.1:{port}", target="/ws")))
         call = {"id": 1, "call": "scope.start", "with": {"channels": names, "cycle": 0.001}}
-        asked = False
+        requested = False
         block = bytearray()
         while data := await reader.read(1 << 18):
             wire.receive_data(data)
             for event in wire.events():
-                if isinstance(event, events.AcceptConnection) and not asked:
-                    asked = True
+                if isinstance(event, events.AcceptConnection) and not requested:
+                    requested = True
                     writer.write(wire.send(events.TextMessage(json.dumps(call))))
                 elif isinstance(event, events.Ping):
                     writer.write(wire.send(event.response()))
@@ -99,21 +99,23 @@ def look(port: int, pages: int, window: str) -> None:
     from playwright.sync_api import CDPSession, sync_playwright
 
     names = ("chromium-headless-shell", "chromium", "chromium-browser", "google-chrome")
-    found = os.environ.get("ACHSE_BROWSER") or next(filter(None, map(shutil.which, names)), None)
+    executable = os.environ.get("ACHSE_BROWSER") or next(
+        filter(None, map(shutil.which, names)), None
+    )
     traces = "|".join(f"MAIN.n{n}~{1 + n // 8}" for n in range(CHANNELS))
 
     def processor(session: CDPSession) -> float:
-        told = session.send("SystemInfo.getProcessInfo")["processInfo"]
-        return sum(float(each["cpuTime"]) for each in told)
+        answer = session.send("SystemInfo.getProcessInfo")["processInfo"]
+        return sum(float(each["cpuTime"]) for each in answer)
 
     def metrics(session: CDPSession) -> tuple[float, float]:
-        told = session.send("Performance.getMetrics")["metrics"]
-        values = {each["name"]: float(each["value"]) for each in told}
+        answer = session.send("Performance.getMetrics")["metrics"]
+        values = {each["name"]: float(each["value"]) for each in answer}
         layout = values["LayoutDuration"] + values["RecalcStyleDuration"]
         return values["ScriptDuration"], layout
 
     with sync_playwright() as driver:
-        browser = driver.chromium.launch(executable_path=found, args=["--no-sandbox"])
+        browser = driver.chromium.launch(executable_path=executable, args=["--no-sandbox"])
         whole = browser.new_browser_cdp_session()
         tabs = []
         for _ in range(pages):
@@ -136,13 +138,13 @@ def look(port: int, pages: int, window: str) -> None:
             [end[n] - first[n] for end, first in zip(after, before, strict=True)] for n in range(3)
         )
         each = 1000 / max(sum(drawn), 1)
-        told = {
+        figures = {
             "pictures a second": [round(count / passed, 1) for count in drawn],
             "ms a picture": round(used * each, 2),
             "script": round(sum(script) * each, 2),
             "layout": round(sum(layout) * each, 2),
         }
-        print(json.dumps(told))
+        print(json.dumps(figures))
         browser.close()
 
 
@@ -160,11 +162,11 @@ async def measured(
     folder: Path, seconds: float, pages: int, kind: str, window: str
 ) -> tuple[int, int, float, Any]:
     """Cycles, late ones, share of a processor, and what the pages counted."""
-    made = station(folder)
+    watched = station(folder)
     counts: Any = None
     async with (
-        made.running("127.0.0.1", 0),
-        connect(made.router, port=851, keep_alive=None) as client,
+        watched.running("127.0.0.1", 0),
+        connect(watched.router, port=851, keep_alive=None) as client,
         WebServer(client, WebSettings(port=0)) as web,
     ):
         command = [sys.executable, __file__, kind, str(web.port), str(pages), window]
@@ -179,11 +181,11 @@ async def measured(
                 assert child.stdout is not None
                 await child.stdout.readline()
         await asyncio.sleep(0.5)
-        assert made.pace is not None
-        late, begin, used = made.pace.late_ticks, made.time_ns, time.process_time()
+        assert watched.pace is not None
+        late, begin, used = watched.pace.late_ticks, watched.time_ns, time.process_time()
         await asyncio.sleep(seconds)
-        late = made.pace.late_ticks - late
-        cycles = (made.time_ns - begin) // made.tick_ns
+        late = watched.pace.late_ticks - late
+        cycles = (watched.time_ns - begin) // watched.tick_ns
         share = (time.process_time() - used) / seconds
         if child is not None:
             out, _ = await child.communicate(b"\n")
@@ -220,15 +222,15 @@ def main() -> None:
             cycles, late, share, counts = asyncio.run(
                 measured(Path(folder), seconds, count, kind, window)
             )
-        told = f"{count:3} pages  {cycles} cycles, {late} late ({late / max(cycles, 1):.3%})"
-        told += f", {share:.1%} of a processor"
+        line = f"{count:3} pages  {cycles} cycles, {late} late ({late / max(cycles, 1):.3%})"
+        line += f", {share:.1%} of a processor"
         if count and kind == "--look":
-            told += f"; {counts}"
+            line += f"; {counts}"
         elif count:
-            told += f"; {counts[0]} blocks, {counts[1]} rows read, {counts[2]} blocks dropped"
-        print(told, flush=True)
-    held, put = waiting(3600.0)
-    print(f"a page that does not read, 1 h of samples: {held:,} bytes wait of {put:,}")
+            line += f"; {counts[0]} blocks, {counts[1]} rows read, {counts[2]} blocks dropped"
+        print(line, flush=True)
+    waiting_bytes, put = waiting(3600.0)
+    print(f"a page that does not read, 1 h of samples: {waiting_bytes:,} bytes wait of {put:,}")
 
 
 if __name__ == "__main__":

@@ -87,12 +87,12 @@ def batches(items: list[pytest.Item]) -> deque[list[int]]:
     seconds: defaultdict[Path, float] = defaultdict(float)
     for name, cpu in map(str.split, SLOW.read_text(encoding="utf-8").splitlines()):
         seconds[batch_of(ROOT / name)] += float(cpu)
-    found: dict[Path, list[int]] = {}
+    by_batch: dict[Path, list[int]] = {}
     for index, item in enumerate(items):
-        found.setdefault(batch_of(item.path), []).append(index)
+        by_batch.setdefault(batch_of(item.path), []).append(index)
     if items and items[0].config.option.shuffle is not None:
-        return deque(found.values())
-    return deque(found[path] for path in sorted(found, key=lambda path: -seconds[path]))
+        return deque(by_batch.values())
+    return deque(by_batch[path] for path in sorted(by_batch, key=lambda path: -seconds[path]))
 
 
 def batch_of(file: Path) -> Path:
@@ -283,10 +283,10 @@ class Runner:
         test = self.session.items[index].nodeid
         self.cpu[test] = cpu
         read = hook.pytest_report_from_serializable
-        found = [read(config=config, data=data) for data in reports]
-        location = found[0].location  # of the item itself it would be searched for once more
+        parsed = [read(config=config, data=data) for data in reports]
+        location = parsed[0].location  # of the item itself it would be searched for once more
         hook.pytest_runtest_logstart(nodeid=test, location=location)
-        for report in found:
+        for report in parsed:
             hook.pytest_runtest_logreport(report=report)
         hook.pytest_runtest_logfinish(nodeid=test, location=location)
 

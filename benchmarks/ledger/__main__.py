@@ -88,8 +88,8 @@ def check(names: Sequence[str]) -> int:
         if not git("rev-parse", "--verify", commit):
             print("no commit before this one here: nothing to compare with")
             return 0
-        found = of_commit(commit, works)
-        before = {name: each for name, each in found.items() if isinstance(each, Figures)}
+        recorded = of_commit(commit, works)
+        before = {name: each for name, each in recorded.items() if isinstance(each, Figures)}
         reference = f"commit {git('rev-parse', '--short=7', commit)}"
     if names:
         before = {name: each for name, each in before.items() if name in names}

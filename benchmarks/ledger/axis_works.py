@@ -138,20 +138,20 @@ def drive() -> Call:
     from achse.drive import Drive
 
     outputs = struct.Struct("<HbHiHI")  # 1600h
-    made = Drive(compiled=True)
+    drive = Drive(compiled=True)
     for state in (AlState.PREOP, AlState.SAFEOP, AlState.OP):
-        made.enter(state, 0, AlStatus.NO_ERROR)
+        drive.enter(state, 0, AlStatus.NO_ERROR)
     for word in (0x00, 0x06, 0x07, 0x0F, 0x0F):
-        made.write_outputs(outputs.pack(word, 8, 3000, 0, 0, 0))
-        made.step(MS)
-    position = int(made.record.position_demand)
+        drive.write_outputs(outputs.pack(word, 8, 3000, 0, 0, 0))
+        drive.step(MS)
+    position = int(drive.record.position_demand)
 
     def step() -> None:
         nonlocal position
         position += 200
-        made.write_outputs(outputs.pack(0x0F, 8, 3000, position, 0, 0))
-        made.step(MS)
-        made.read_inputs()
+        drive.write_outputs(outputs.pack(0x0F, 8, 3000, position, 0, 0))
+        drive.step(MS)
+        drive.read_inputs()
 
     return step
 
@@ -176,20 +176,20 @@ def camshaft() -> Call:
     """Set up a controller of 128 cams of all kinds."""
     from achse.camshaft import CAMS, CamController, CamEncoder
 
-    made = CamController(encoder=CamEncoder(4096.0), compiled=True)
+    controller = CamController(encoder=CamEncoder(4096.0), compiled=True)
     for number in range(1, CAMS + 1):
         cam = {
             "type": 1 + number % 4, "start": number, "end": number + 90, "track": number % 32,
             "dynamic": 1, "dead_time": 100, "hysteresis_on": 1, "hysteresis": 10,
         }  # fmt: skip
-        made.set_cam(number, cam)
+        controller.set_cam(number, cam)
     position = 0.0
 
     def cycle() -> None:
         nonlocal position
         position = (position + 41.0) % 4096.0
-        made.take_position(position)
-        made.cycle()
+        controller.take_position(position)
+        controller.cycle()
 
     for _ in range(500):
         cycle()

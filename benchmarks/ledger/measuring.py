@@ -67,8 +67,10 @@ def measure(works: Sequence[Work] = WORKS, source: Path = ROOT) -> dict[str, Out
         runner = _Runner(folder, _environment(source))
         runner.run("native", [work for group in groups for work in group])  # fills the caches
         with ThreadPoolExecutor(os.cpu_count()) as pool:
-            found = dict(pair for each in pool.map(runner.count, groups) for pair in each.items())
-    return {work.name: found[work.name] for work in works}
+            outcomes = dict(
+                pair for each in pool.map(runner.count, groups) for pair in each.items()
+            )
+    return {work.name: outcomes[work.name] for work in works}
 
 
 def groups_of(works: Iterable[Work]) -> list[list[Work]]:

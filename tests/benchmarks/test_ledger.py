@@ -42,14 +42,14 @@ def test_growth_above_5_percent_fails(
 ) -> None:
     figures = ledger("figures")
     new, then = round(old * ratio), max(allocations + more, 0.0)
-    [*found] = figures.compare(
+    [*changes] = figures.compare(
         {"read": figures.Figures(old, allocations)}, {"read": figures.Figures(new, then)}
     )
     grew = new - old > 0.05 * old
     allocates = then - allocations > 0.05 * allocations + 0.5
-    assert any(each.fails for each in found) == (grew or allocates)
+    assert any(each.fails for each in changes) == (grew or allocates)
     shrank = old - new > 0.05 * old or allocations - then > 0.05 * allocations + 0.5
-    assert any(not each.fails for each in found) == shrank
+    assert any(not each.fails for each in changes) == shrank
 
 
 def test_slow_growth_adds_up(ledger: Callable[[str], Any]) -> None:
@@ -66,8 +66,8 @@ def test_slow_growth_adds_up(ledger: Callable[[str], Any]) -> None:
 def test_work_that_does_not_run_fails(ledger: Callable[[str], Any]) -> None:
     figures = ledger("figures")
     before = {"read": figures.Figures(1, 1), "gone": figures.Figures(1, 1)}
-    found = figures.compare(before, {"read": "ImportError: no", "new": figures.Figures(5, 5)})
-    assert [(each.work, each.fails) for each in found] == [
+    changes = figures.compare(before, {"read": "ImportError: no", "new": figures.Figures(5, 5)})
+    assert [(each.work, each.fails) for each in changes] == [
         ("read", True),
         ("new", False),
         ("gone", False),
@@ -165,12 +165,12 @@ def test_warm_works_are_measured_together(ledger: Callable[[str], Any]) -> None:
 def test_figures_are_the_difference_of_two_runs(ledger: Callable[[str], Any]) -> None:
     work, measuring = ledger("works").Work, ledger("measuring")
     warm, cold, lacking = work("a", "", "m:a", 10), work("b", "", "m:b"), work("c", "", "m:c", 5)
-    found = measuring.outcomes(
+    outcomes = measuring.outcomes(
         [warm, cold, lacking],
         {"m:a:10/10": 1500, "m:a:10/20": 2500, "m:b:0/0": 40, "m:b:0/1": 1040},
         ["m:a:10\t25", "m:b:0\t7", "m:c:5\tImportError: no module"],
     )
-    assert found == {
+    assert outcomes == {
         "a": measuring.Figures(100, 2.5),
         "b": measuring.Figures(1000, 7.0),
         "c": "ImportError: no module",

@@ -65,8 +65,8 @@ def test_each_link_leads_to_a_file(page: Path) -> None:
     targets = LINK.findall(page.read_text(encoding="utf-8"))
     absent = [target for target in targets if not (page.parent / target).exists()]
     if absent:
-        made = {(ROOT / "docs" / name).resolve() for name in generated_pages()}
-        absent = [target for target in absent if (page.parent / target).resolve() not in made]
+        generated = {(ROOT / "docs" / name).resolve() for name in generated_pages()}
+        absent = [target for target in absent if (page.parent / target).resolve() not in generated]
     assert absent == []
 
 

@@ -80,6 +80,9 @@ def read_module(text: str) -> Module:
                 module.bound[node.id] = node.lineno
         elif kind is ast.arg:
             module.bound[node.arg] = node.lineno
+        elif kind is ast.MatchAs or kind is ast.MatchStar:
+            if node.name:
+                module.bound[node.name] = node.lineno
         elif kind is ast.ClassDef:
             module.bound[node.name] = node.lineno
         elif kind is ast.FunctionDef or kind is ast.AsyncFunctionDef:

@@ -3,7 +3,6 @@
 import re
 from collections import defaultdict
 from collections.abc import Iterator
-from itertools import chain
 from pathlib import Path
 
 from tests.house.sources import Module, Texts
@@ -85,14 +84,7 @@ PARTICIPLES = {
 
 RETIRED = {
     "ask": "request, query, poll or call",
-    "asked": "request, requested_… or what is requested",
-    "found": "match, matches, entry, result … or the thing itself",
-    "given": "the thing: arguments, limits, values …",
-    "held": "the thing; kept back is buffered, delayed, pending",
-    "kept": "the thing; stored, cached, remaining …",
-    "made": "the thing itself",
     "tell": "report, log, notify or return",
-    "told": "report, message or the thing",
 }  # fmt: skip
 """Names that functions, parameters, variables and attributes of `MENDED` must not have, with or
 without underscores at their ends, and what to write."""
@@ -145,11 +137,7 @@ PRIVATE = {
 """Words that only we used, and the field's words: in the code of the rooms below."""
 
 ROOMS_WITH_FIELD_WORDS = ("libraries", "plc", "site", "st", "tcunit", "testing")
-"""Rooms of `src/achse` without private words and without participles as names."""
-
-OTHERS = ("st/lint/", "st/workspace/", "plc/routines/xml_documents.py",
-          "st/check/signatures.py", "st/check/warm.py")  # fmt: skip
-"""Places in these rooms that still have participles as names. The list only shrinks."""
+"""Rooms of `src/achse` without private words."""
 
 RESULTS = ("asked", "found", "given", "held", "kept", "made", "told")
 """Participles that are not the name of a result: `match`, `entry`, `faults`, `operand` are."""
@@ -161,15 +149,10 @@ BOUND = re.compile(
     rf"|^ *(?:async )?def .*[(,] *{_RESULT}\s*:|^ +{_RESULT} *: *[^=\n]+,$",
     re.MULTILINE,
 )
-"""Where such a participle is bound."""
+"""Where such a participle is bound, in files whose trees are not walked."""
 
-LATER = (
-    "tests/interop/browser/",
-    "tests/benchmarks/",
-    "tests/workers.py",
-    "tests/docs/test_pages.py",
-)
-"""Tests that still have participles as names. The list only shrinks."""
+PROGRAMS = ("tests", "benchmarks", "examples", "packaging")
+"""Folders of Python beside the package."""
 
 NAME_OF_A_TEST = re.compile(
     r"def (test_\w*?_(?:told|tells?|asks?|asked|nobody|somebody|everybody|anybody|whoever|anew)"
@@ -193,8 +176,6 @@ RETIRED_NAMES = {
     "Line": "ByteTransport", "agenda": "timer_queue",
     "beat": "group", "deck": "group", "gate": "frame_filter",
     "judge": "completion, check", "outbox": "write_buffer", "pulse": "timer", "road": "link",
-    "asked": "request, query", "found": "match, entries, the thing", "given": "values, the thing",
-    "held": "buffered, the thing", "kept": "retained, the thing", "told": "message, report",
 }  # fmt: skip
 """Names of variables, parameters and functions, and what to write; plurals and `_private` too."""
 
@@ -287,22 +268,20 @@ def test_private_words_do_not_return(tracked: list[Path], texts: Texts) -> None:
     assert not places, "\n".join(places)
 
 
-def _tests(tracked: list[Path]) -> Iterator[Path]:
-    for path in tracked:
-        if path.suffix == ".py" and path.parts[0] == "tests" and not str(path).startswith(LATER):
-            yield path
-
-
-def test_results_are_named_after_the_thing(tracked: list[Path], texts: Texts) -> None:
-    """`found`, `made`, `kept` and their like name nothing, in product code and in tests."""
-    code = (
-        path
-        for path in _code_of(ROOMS_WITH_FIELD_WORDS, tracked)
-        if not str(path.relative_to("src/achse")).startswith(OTHERS)
-    )
+def test_results_are_named_after_the_thing(
+    tracked: list[Path], texts: Texts, parsed: dict[Path, Module]
+) -> None:
+    """`found`, `made`, `kept` and their like name nothing: no variable, function or attribute."""
     places = [
+        f"{path}:{line}: {name}"
+        for path, module in parsed.items()
+        for name, line in module.bound.items()
+        if name.strip("_") in RESULTS
+    ]
+    places += [
         f"{path}: {hit[0].strip()}"
-        for path in chain(code, _tests(tracked))
+        for path in tracked
+        if path.suffix == ".py" and path.parts[0] in PROGRAMS
         for hit in BOUND.finditer(texts[path])
     ]
     assert not places, "name the thing:\n" + "\n".join(places)
@@ -311,7 +290,8 @@ def test_results_are_named_after_the_thing(tracked: list[Path], texts: Texts) ->
 def test_names_of_tests_are_in_the_words_of_the_field(tracked: list[Path], texts: Texts) -> None:
     places = [
         f"{path}: {hit[0]}"
-        for path in _tests(tracked)
+        for path in tracked
+        if path.suffix == ".py" and path.parts[0] == "tests"
         for hit in NAME_OF_A_TEST.finditer(texts[path])
         if hit[1] not in OF_THE_FIELD
     ]

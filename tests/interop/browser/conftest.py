@@ -249,10 +249,10 @@ def serve_pages(
     def start(*arguments: str) -> Iterator[Served]:
         with start_station(*arguments, "--web-port", "0") as running:
             line = running.process.stdout.readline()
-            found = ADDRESS.search(line)
-            assert found, line
+            address = ADDRESS.search(line)
+            assert address, line
             with GUARD.counting(running.process.pid):
-                yield Served(running, found[1])
+                yield Served(running, address[1])
 
     return start
 

@@ -40,7 +40,7 @@ def shown(show: Callable[..., AbstractContextManager[Any]], web_station: Any) ->
         yield tab
 
 
-def asked(page: Any) -> list[Any]:
+def scope_calls(page: Any) -> list[Any]:
     """Calls about scopes so far."""
     calls: list[Any] = json.loads(page.evaluate("JSON.stringify(globalThis.scopes)"))
     return calls
@@ -53,7 +53,7 @@ def test_chart_of_an_axis_samples_while_it_is_seen(shown: Any, until: Any) -> No
     assert chart.count() == 1
     assert page.get_by_role("img", name="Following error in mm").count() == 1
     expected = [START]
-    assert asked(page) == expected
+    assert scope_calls(page) == expected
     steps: list[tuple[Callable[[], Any], Callable[[], Any]]] = [
         (lambda: page.evaluate(HIDE, True), lambda: page.evaluate(HIDE, False)),
         (
@@ -68,16 +68,16 @@ def test_chart_of_an_axis_samples_while_it_is_seen(shown: Any, until: Any) -> No
     for hide, show in steps:
         hide()
         expected.append(STOP)
-        until(lambda: asked(page) == expected)
+        until(lambda: scope_calls(page) == expected)
         show()
         expected.append(START)
-        until(lambda: asked(page) == expected)
+        until(lambda: scope_calls(page) == expected)
     shown.open("axes")
-    until(lambda: asked(page) == [*expected, STOP])
+    until(lambda: scope_calls(page) == [*expected, STOP])
 
 
 def test_hidden_chart_of_an_axis_stays_hidden(shown: Any, until: Any) -> None:
     page = shown.open("axes?axis=1&chart=off")
     page.get_by_role("button", name="Show the chart").wait_for()
     assert page.locator(".chart").count() == 0
-    assert asked(page) == []
+    assert scope_calls(page) == []

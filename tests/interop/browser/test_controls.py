@@ -248,16 +248,16 @@ def does_something(page: Any, control: str, trips: int, address: str | None = No
     """
     for name in (*FIRST.get(control, []), control):
         patience = FULL_AFTER if name == control and address is not None else 0
-        found = page.evaluate(LOOK, [name, address, FULL_AFTER, patience])
+        state = page.evaluate(LOOK, [name, address, FULL_AFTER, patience])
         address = None
-        if not found:
+        if not state:
             continue
-        place, before = found
+        place, before = state
         if place["window"] is not None:
             return re.match("https?://", place["window"]) is not None
         use(page, name, place)
         changed = bool(page.evaluate(CHANGED, [before, trips]))
-    return changed if found else None
+    return changed if state else None
 
 
 def is_idle(tab: Any, name: str, address: str, control: str) -> bool:
@@ -306,10 +306,10 @@ def test_every_control_does_something(
 ) -> None:
     running = request.getfixturevalue(station)
     with show(running.url, viewport=WIDE, script=LISTEN) as tab:
-        found = tab.open(name).evaluate(FULL, FULL_AFTER)
+        controls = tab.open(name).evaluate(FULL, FULL_AFTER)
         address = f"#{tab.page.url.partition('#')[2]}"
         seen = used.setdefault(tab.page.url.partition("?")[0], set(KEEPS))
-        idle = [each for each in found if each not in seen and is_idle(tab, name, address, each)]
-        seen.update(found)
-        assert len(found) > 0
+        idle = [each for each in controls if each not in seen and is_idle(tab, name, address, each)]
+        seen.update(controls)
+        assert len(controls) > 0
         assert idle == []

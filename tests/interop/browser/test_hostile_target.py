@@ -103,11 +103,11 @@ PAGES = (
 
 def answer(text: str, send: Callable[[str], None]) -> None:
     """What the hostile server says to a message of the page."""
-    asked = json.loads(text)
-    name, number = asked["call"], asked["id"]
+    message = json.loads(text)
+    name, number = message["call"], message["id"]
     if name == "watch":
         send(json.dumps({"id": number, "result": {"watch": number}}))
-        value = VALUES[asked["with"]["topic"]]
+        value = VALUES[message["with"]["topic"]]
         send(json.dumps({"event": "data", "watch": number, "value": value, "lost": 0}))
     elif name in ANSWERS:
         send(json.dumps({"id": number, "result": ANSWERS[name]}))
@@ -182,7 +182,7 @@ def test_a_hostile_server_does_not_break_the_page(shown: Any, played: Played) ->
     page.wait_for_function("() => document.title.startsWith('Axes')")
 
 
-def test_a_target_that_does_not_answer_is_told(shown: Any, played: Played) -> None:
+def test_target_that_does_not_answer_is_reported(shown: Any, played: Played) -> None:
     """The server is there, what it shows is not: an error of a watch stays until values come."""
     page = shown.open("overview")
     page.locator("#page tbody tr").first.wait_for()

@@ -42,10 +42,10 @@ def shown(show: Show, web_station: Any) -> Iterator[Any]:
 
 def sent(page: Any) -> list[dict[str, Any]]:
     """What axes were asked since this was called before."""
-    found: list[dict[str, Any]] = json.loads(
+    calls: list[dict[str, Any]] = json.loads(
         page.evaluate("JSON.stringify(globalThis.sent.splice(0))")
     )
-    return found
+    return calls
 
 
 def ready(page: Any) -> None:
@@ -109,7 +109,7 @@ def test_stop_is_sent_from_every_page(shown: Any) -> None:
             assert sent(page) == [{"axis": None, "action": "stop"}], (name, key)
 
 
-def test_a_stop_that_cannot_be_sent_is_told(show: Show, serve_pages: Any) -> None:
+def test_stop_that_cannot_be_sent_is_reported(show: Show, serve_pages: Any) -> None:
     with serve_pages("--web-read-only") as running, show(running.url) as tab:
         page = tab.open("overview")
         assert page.locator("#stop").is_disabled()
@@ -130,12 +130,12 @@ def test_keys_of_an_axis(shown: Any) -> None:
         assert last == {"axis": 1, "action": "jog", "direction": 0}
     page.wait_for_timeout(100)
     sent(page)
-    asked: dict[str, dict[str, Any]] = {
+    calls_by_key: dict[str, dict[str, Any]] = {
         "F5": {"action": "move", "to": 3, "velocity": 10},
         "F8": {"action": "reset"},
         "F9": {"action": "home"},
     }
-    for key, wanted in asked.items():
+    for key, wanted in calls_by_key.items():
         page.keyboard.press(key)
         assert sent(page) == [{"axis": 1, **wanted}]
     # with another key they are those of the browser and of the window
@@ -212,8 +212,8 @@ def test_keys_of_the_scope(shown: Any, until: Any) -> None:
     head = page.locator("#scope-readout thead th").nth(3)
 
     def cursor() -> float:
-        found = re.fullmatch(r"A, (\S+) s", head.inner_text())
-        return float(found[1]) if found else 0.0
+        match = re.fullmatch(r"A, (\S+) s", head.inner_text())
+        return float(match[1]) if match else 0.0
 
     def is_placed() -> bool:
         return re.fullmatch(r"A, \S+ s", head.inner_text()) is not None

@@ -73,7 +73,7 @@ def start(page: Any, target: str | None, velocity: str) -> None:
 # every page -----------------------------------------------------------------------------------
 
 
-def test_every_page_is_fit_for_everybody(
+def test_every_page_is_accessible(
     show: Show, station: Any, witness: Callable[[str], None]
 ) -> None:
     """No complaint on the console, no serious finding of axe-core; pictures are kept.
@@ -131,10 +131,10 @@ def test_the_row_of_pages_shows_the_open_one_on_a_phone(show: Show, station: Any
             assert -1 < link["x"] - row["x"] < row["width"] - link["width"] + 1, name
 
 
-def test_the_first_page_is_light_and_asks_nobody_else(show: Show, station: Any) -> None:
+def test_first_page_is_light_and_requests_from_no_other_host(show: Show, station: Any) -> None:
     with show(station.url, fresh=True) as tab:
-        asked: list[str] = []
-        tab.page.on("request", lambda request: asked.append(request.url))
+        urls: list[str] = []
+        tab.page.on("request", lambda request: urls.append(request.url))
         tab.open("overview")
         sizes = tab.page.evaluate(
             "[...performance.getEntriesByType('navigation'),"
@@ -142,7 +142,7 @@ def test_the_first_page_is_light_and_asks_nobody_else(show: Show, station: Any) 
         )
         assert len(sizes) > 3
         assert sum(sizes) < FIRST_PAGE_BYTES
-        assert all(url.startswith(station.url) for url in asked), asked
+        assert all(url.startswith(station.url) for url in urls), urls
 
 
 # axes -----------------------------------------------------------------------------------------

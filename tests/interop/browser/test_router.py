@@ -25,9 +25,9 @@ def served() -> Iterator[tuple[str, int]]:
     places: list[tuple[str, int]] = []
 
     async def serve() -> None:
-        made = gateway({"name": "press", "host": "127.0.0.1:9", "net_id": NET_ID})
+        router_gateway = gateway({"name": "press", "host": "127.0.0.1:9", "net_id": NET_ID})
         async with (
-            made.running("127.0.0.1", 0, udp_port=0) as router,
+            router_gateway.running("127.0.0.1", 0, udp_port=0) as router,
             router_web(router, True, None, 0, ProcessLog()) as web,
         ):
             assert web is not None

@@ -79,8 +79,8 @@ def painted(page: Any) -> int:
 def newest(page: Any) -> float:
     """The time of the newest sample."""
     head = page.locator("#scope-readout thead th").nth(2).inner_text()
-    found = re.fullmatch(r"Last, (\S+) s", head)
-    return float(found[1]) if found else 0.0
+    match = re.fullmatch(r"Last, (\S+) s", head)
+    return float(match[1]) if match else 0.0
 
 
 def number_in(page: Any, column: int) -> float | None:
@@ -197,13 +197,13 @@ def test_form_of_a_trigger_that_is_off_leaves_the_recording_alone(shown: Any) ->
     assert [start.get("trigger", {}).get("level") for start in starts] == [7]
 
 
-def test_a_wrong_channel_is_told(shown: Any) -> None:
+def test_wrong_channel_is_reported(shown: Any) -> None:
     page = shown.open("scope?traces=Axes.X.NoSuch~1")
     page.get_by_role("alert").locator(".notice").wait_for()
     page.get_by_role("button", name="Run", exact=True).wait_for()
 
 
-def test_the_scope_is_fit_for_everybody(
+def test_scope_is_accessible(
     shown: Any, until: Any, witness: Callable[[str], None]
 ) -> None:
     witness("axe-core")
