@@ -59,7 +59,7 @@ name = "attacked"
 [system]
 root = "files"
 [limits]
-held_bytes = 16777216
+buffered_bytes = 16777216
 unread_bytes = 4194304
 all_queue_bytes = 16777216
 [[axis]]
@@ -339,8 +339,8 @@ def test_routes(scene: Callable[..., Scene]) -> None:
             system.read_raw(803, 1, 1024)
 
 
-def test_held_bytes(scene: Callable[..., Scene]) -> None:
-    scene().attack("held_bytes")
+def test_buffered_bytes(scene: Callable[..., Scene]) -> None:
+    scene().attack("buffered_bytes")
 
 
 def test_subscriptions_of_clients_that_vanish(scene: Callable[..., Scene]) -> None:

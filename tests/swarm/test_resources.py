@@ -18,7 +18,7 @@ def test_station_without_clients_holds_nothing() -> None:
 
 
 @pytest.mark.parametrize(
-    ("name", "value"), [("connections", 1), ("queued_bytes", 5), ("held_bytes", 7)]
+    ("name", "value"), [("connections", 1), ("queued_bytes", 5), ("buffered_bytes", 7)]
 )
 def test_what_is_held_is_reported(name: str, value: int, monkeypatch: pytest.MonkeyPatch) -> None:
     station, reported = Station.demo(), list[str]()

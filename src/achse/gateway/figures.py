@@ -31,7 +31,7 @@ def statistics(gateway: CountedGateway) -> dict[str, Any]:
         "connections": sum(len(each.connections) for each in listeners),
         "connections_refused": sum(each.refused for each in listeners),
         "connections_cut_off": sum(each.cut_off for each in listeners),
-        "held_bytes": sum(budget.total for budget in {each.send_budget for each in listeners}),
+        "buffered_bytes": sum(budget.total for budget in {each.send_budget for each in listeners}),
         "lost_frames": router.lost_frames,
         "requests_denied": router.denied,
         "clients": [router.client_row(each) for each in router.client_figures.busiest()],

@@ -9,7 +9,7 @@ _FIGURES = (
     Figure("connections", "connections", "Open TCP connections of programs."),
     Figure("connections_refused", "connections_refused", "Connections not taken.", True),
     Figure("connections_cut_off", "connections_cut_off", "Connections closed by a limit.", True),
-    Figure("held_bytes", "held_bytes", "Bytes that wait on all connections together."),
+    Figure("buffered_bytes", "buffered_bytes", "Bytes that wait on all connections together."),
     Figure("lost_frames", "lost_frames", "Frames without a receiver.", True),
     Figure("requests_denied", "requests_denied", "Requests without their right.", True),
 )

@@ -64,7 +64,8 @@ class ArrayType(IecType[list[Any]], Generic[V]):
             prod(self.counts[index + 1 :]) * element.size for index in range(len(self.counts))
         )
         """Bytes from one index to the next, per dimension."""
-        self.plain = isinstance(element, IntegerType | RealType)
+        self.is_numeric = isinstance(element, IntegerType | RealType)
+        """True if one `struct` format packs all elements."""
         super().__init__(
             f"ARRAY [{','.join(map(str, self.dimensions))}] OF {element.name}",
             self.count * element.size,
@@ -117,7 +118,7 @@ class ArrayType(IecType[list[Any]], Generic[V]):
         flat: list[object] = []
         if self.count or _items(value):
             self._flatten(value, 0, flat)
-        if self.plain:
+        if self.is_numeric:
             try:
                 return self._codec.pack(*flat)
             except (struct.error, OverflowError, TypeError, ValueError):
@@ -154,7 +155,7 @@ class ArrayType(IecType[list[Any]], Generic[V]):
     def decode(self, data: bytes | Buffer) -> list[Any]:
         if len(data) < self.size:
             raise IecDecodeError(f"{self.name} has {self.size} bytes, got {len(data)}")
-        if self.plain:
+        if self.is_numeric:
             flat = list(self._codec.unpack_from(data))
         else:
             size = self.element.size

@@ -49,7 +49,7 @@ def check_released(station: Station, report: Report) -> None:
     counts: dict[str, int] = {
         "connections": figures["connections"],
         "queued bytes of connections": figures["queued_bytes"],
-        "held bytes": figures["held_bytes"],
+        "buffered bytes": figures["buffered_bytes"],
         "known clients": station.router.clients,
         "subscriptions": sum(each["subscriptions"] for each in figures["devices"]),
         "queued bytes": sum(each["queued_bytes"] for each in figures["devices"]),

@@ -73,9 +73,7 @@ def start(page: Any, target: str | None, velocity: str) -> None:
 # every page -----------------------------------------------------------------------------------
 
 
-def test_every_page_is_accessible(
-    show: Show, station: Any, witness: Callable[[str], None]
-) -> None:
+def test_every_page_is_accessible(show: Show, station: Any, witness: Callable[[str], None]) -> None:
     """No complaint on the console, no serious finding of axe-core; pictures are kept.
 
     In the dark theme only colours are others than in the light one.

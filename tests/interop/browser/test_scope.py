@@ -203,9 +203,7 @@ def test_wrong_channel_is_reported(shown: Any) -> None:
     page.get_by_role("button", name="Run", exact=True).wait_for()
 
 
-def test_scope_is_accessible(
-    shown: Any, until: Any, witness: Callable[[str], None]
-) -> None:
+def test_scope_is_accessible(shown: Any, until: Any, witness: Callable[[str], None]) -> None:
     witness("axe-core")
     names = f"traces={CHANNEL}~1|Axes.X.ActVelo~2|diff Axes.X.SetPos {CHANNEL}~3"
     page = shown.open(f"scope?{names}&more=fft&first={CHANNEL}")

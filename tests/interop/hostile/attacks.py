@@ -192,7 +192,7 @@ async def routes(place: Place) -> None:
     stranger.transport.abort()
 
 
-async def held_bytes(place: Place) -> None:
+async def buffered_bytes(place: Place) -> None:
     """Connections ask for much and read nothing, others send the beginning of long packets."""
     greedy = [await place.dial() for _ in range(20)]
     slow: list[Attacker] = []
@@ -359,7 +359,7 @@ async def loops(place: Place) -> None:
 ATTACKS: dict[str, Callable[[Place], Coroutine[Any, Any, None]]] = {
     attack.__name__: attack
     for attack in (
-        taps, logging, routes, held_bytes, subscriptions, returning, samples, connections,
+        taps, logging, routes, buffered_bytes, subscriptions, returning, samples, connections,
         datagrams, files, ports, loops,
     )
 }  # fmt: skip

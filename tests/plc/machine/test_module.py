@@ -16,7 +16,7 @@ def test_notes_come_back_from_the_cache() -> None:
     again = ModuleNotes.unpacked(notes.packed())
     assert again.sites[1] == (3, 5, FaultKind.ACCESS)
     assert (again.entries, again.callbacks) == ({"main": 0}, [("a", "b")])
-    assert (again.outside, again.texts, again.plain) == ([(1, 2)], ["start"], {"f": "why"})
+    assert (again.outside, again.texts, again.plain_routines) == ([(1, 2)], ["start"], {"f": "why"})
 
 
 def test_what_stays_plain_is_reported(run: Run) -> None:

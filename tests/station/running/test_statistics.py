@@ -24,7 +24,7 @@ def test_connections_handles_and_subscriptions_are_counted() -> None:
     assert device["handles"] == 2
     assert device["subscriptions"] == 2  # that of the value, and that of the symbol version
     assert (figures["connections_refused"], figures["late_ticks"]) == (0, 0)
-    assert figures["held_bytes"] < 1000  # a sample waits behind the answer to its Add
+    assert figures["buffered_bytes"] < 1000  # a sample waits behind the answer to its Add
     assert figures["samples_late"] == 0
 
 

@@ -233,7 +233,7 @@ class Execution:
             budget=self.budget,
             clock_ns=self._clock_ns,
             task_index=self._task_index,
-            plain=lambda key: self.namespace[self._linker.name_of(key)],
+            plain_function=lambda key: self.namespace[self._linker.name_of(key)],
             dispatched=self._dispatched,
             caught=self._caught,
             deepest=DEEPEST_CALLS,
@@ -241,7 +241,7 @@ class Execution:
         self.machine = MachineProgram(content, host, counters)
         if self.coverage is not None and self.machine.counts is not None:
             self.coverage.counts = self.machine.counts
-        self.plain_routines = self.machine.notes.plain
+        self.plain_routines = self.machine.notes.plain_routines
         self._fuel = self.namespace["F"] = self.machine.budget
         self.frames.share(self.machine.frames)
         self.reset_budget()
@@ -331,7 +331,7 @@ class Execution:
         are plain from then on.
         """
         if self.machine is not None:
-            self.replace(self.plain())
+            self.replace(self.plain_functions())
             self.machine = None
         function, name = self.function(key), self._linker.name_of(key)
 
@@ -351,7 +351,7 @@ class Execution:
             self.namespace[self._linker.name_of(key)] = function
         self._tables = self._all_tables()
 
-    def plain(self, probe: Probe | None = None) -> dict[str, Callable[..., Any]]:
+    def plain_functions(self, probe: Probe | None = None) -> dict[str, Callable[..., Any]]:
         """Return the routines with a body as functions of Python, made once more; `probe` for a
         debug build. They are not in use until `replace`."""
         functions: dict[str, Callable[..., Any]] = {}

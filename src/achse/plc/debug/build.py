@@ -62,7 +62,7 @@ class DebugBuild:
         self._execution = execution
         self._marks = _Marks()
         execution.namespace.update(names)
-        self._functions = execution.plain(self._marks)
+        self._functions = execution.plain_functions(self._marks)
         self._before: dict[str, Callable[..., Any]] = {}
         by_path: dict[str, list[tuple[int, int]]] = {}
         for number, mark in enumerate(self._marks.marks):

@@ -33,12 +33,12 @@ class ModuleNotes:
     outside: list[tuple[int, int]] = field(default_factory=list)
     """Nodes that Python does: number of the routine, and of the node in it."""
     texts: list[str] = field(default_factory=list)
-    plain: dict[str, str] = field(default_factory=dict)
+    plain_routines: dict[str, str] = field(default_factory=dict)
     """Routines that stay plain, and why."""
 
     def packed(self) -> bytes:
         """Return all notes for the cache."""
-        rows = (self.entries, self.callbacks, self.outside, self.texts, self.plain)
+        rows = (self.entries, self.callbacks, self.outside, self.texts, self.plain_routines)
         return marshal.dumps((self.sites.content, *rows))
 
     @classmethod
@@ -105,7 +105,7 @@ class ProjectTranslator:
                     self._write_callback(key, builder)
                 done.add(key)
             if reason:
-                self.notes.plain[key] = reason
+                self.notes.plain_routines[key] = reason
         for key in list(self._functions):
             if key not in done:
                 self._write_callback(key, self.module.write(self._functions[key]))
@@ -140,7 +140,7 @@ class ProjectTranslator:
         """Write the table of entries: the functions that Python can call."""
         entries: list[CallTarget] = []
         for key, target in self._functions.items():
-            if key in self.notes.plain or key not in self.project.routines:
+            if key in self.notes.plain_routines or key not in self.project.routines:
                 continue
             signature = self._signatures[key]
             self.notes.entries[key] = len(entries)

@@ -32,7 +32,7 @@ class MachineHost:
         deepest: int,
         clock_ns: Callable[[], int],
         task_index: Callable[[], int],
-        plain: Callable[[str], Callable[..., Any]],
+        plain_function: Callable[[str], Callable[..., Any]],
         dispatched: Callable[[int, str], Callable[..., Any]],
         caught: Callable[[BaseException], None],
     ) -> None:
@@ -43,7 +43,7 @@ class MachineHost:
         """Calls inside each other."""
         self.clock_ns = clock_ns
         self.task_index = task_index
-        self.plain = plain
+        self.plain_function = plain_function
         """The plain function of a routine, by key."""
         self.dispatched = dispatched
         """The plain function that a block has under a name; raises what a call of it raises."""
@@ -98,7 +98,7 @@ class MachineProgram:
             content,
             replace(INTERFACE, words={**INTERFACE.words, **counts}),
             {
-                "plain": self._plain,
+                "call_plain": self._call_plain,
                 "clock": host.clock_ns,
                 "task_index": host.task_index,
                 "caught": self._caught,
@@ -246,7 +246,7 @@ class MachineProgram:
 
     # machine code calls Python ---------------------------------------------------------------
 
-    def _plain(self, number: int, address: int) -> None:
+    def _call_plain(self, number: int, address: int) -> None:
         callback = self._callbacks.get(number)
         if callback is None:
             callback = self._callbacks[number] = self._callback(number)
@@ -256,7 +256,7 @@ class MachineProgram:
         like, key = self.notes.callbacks[number]
         routine = self._host.project.routines[like]
         signature = signature_of(routine, dispatched=like != key)
-        function = self._host.plain(key)
+        function = self._host.plain_function(key)
         words = len(signature.parameters) + 1
 
         def callback(address: int) -> None:

@@ -216,7 +216,7 @@ def write_callback(
     block = b.buffer(size * WORD)
     for place, value in enumerate(b.parameters):
         b.store(_to_word(b, value), block, place * WORD)
-    b.call(module.support.plain, b.constant(I64, number), block)
+    b.call(module.support.call_plain, b.constant(I64, number), block)
     results = [
         _from_word(b, b.load(I64, block, len(b.parameters) * WORD), type)
         for type in signature.results

@@ -38,7 +38,7 @@ AREAS = len(Area) + 1
 _LOWEST = -(2.0**63)
 
 CALLBACKS: Mapping[str, FunctionSignature] = {
-    "plain": FunctionSignature((I64, ADDRESS)),
+    "call_plain": FunctionSignature((I64, ADDRESS)),
     "clock": FunctionSignature((), (U64,)),
     "task_index": FunctionSignature((), (I64,)),
     "caught": FunctionSignature((), (I64,)),
@@ -79,7 +79,7 @@ class Support:
             name: module.callback(name, signature.parameters, signature.results)
             for name, signature in CALLBACKS.items()
         }
-        self.plain = functions["plain"]
+        self.call_plain = functions["call_plain"]
         self.clock = functions["clock"]
         self.task_index = functions["task_index"]
         self.caught = functions["caught"]

@@ -64,12 +64,12 @@ class _Value:
         self.end = 0
         """Number that ends a walk over an object or array."""
 
-    def plain(self) -> Any:
+    def python_value(self) -> Any:
         """Return the value as `json.dumps` takes it. Members of one name: the last counts."""
         if self.kind is JsonKind.OBJECT:
-            return {item.name: item.plain() for item in self.content}
+            return {item.name: item.python_value() for item in self.content}
         if self.kind is JsonKind.ARRAY:
-            return [item.plain() for item in self.content]
+            return [item.python_value() for item in self.content]
         return self.content
 
 
@@ -95,25 +95,25 @@ class JsonDocuments(KeptDocuments[_Value]):
         self._roots[document] = self._keep(root, None)
         return True
 
-    def _value(self, plain: Any, depth: int) -> _Value:
+    def _value(self, parsed: Any, depth: int) -> _Value:
         if depth > _DEEPEST:
             raise ValueError("too deep")
-        if isinstance(plain, _Members):
+        if isinstance(parsed, _Members):
             value = _Value(JsonKind.OBJECT, [])
-            for name, item in plain:
+            for name, item in parsed:
                 member = self._value(item, depth + 1)
                 member.name = name
                 value.content.append(member)
             return value
-        if isinstance(plain, list):
-            return _Value(JsonKind.ARRAY, [self._value(item, depth + 1) for item in plain])
-        if isinstance(plain, str):
-            return _Value(JsonKind.STRING, plain)
-        if plain is None:
+        if isinstance(parsed, list):
+            return _Value(JsonKind.ARRAY, [self._value(item, depth + 1) for item in parsed])
+        if isinstance(parsed, str):
+            return _Value(JsonKind.STRING, parsed)
+        if parsed is None:
             return _Value(JsonKind.NULL)
-        if isinstance(plain, bool):
-            return _Value(JsonKind.TRUE if plain else JsonKind.FALSE, plain)
-        return _Value(JsonKind.NUMBER, plain)
+        if isinstance(parsed, bool):
+            return _Value(JsonKind.TRUE if parsed else JsonKind.FALSE, parsed)
+        return _Value(JsonKind.NUMBER, parsed)
 
     def _empty(self) -> _Value:
         return _Value(JsonKind.NULL)
@@ -235,7 +235,7 @@ class JsonDocuments(KeptDocuments[_Value]):
             return ""
         if not as_json:
             return value.content if value.kind is JsonKind.STRING else ""
-        return json.dumps(value.plain(), ensure_ascii=False, separators=(",", ":"))
+        return json.dumps(value.python_value(), ensure_ascii=False, separators=(",", ":"))
 
 
 class _Members(list[tuple[str, Any]]):

@@ -112,17 +112,17 @@ def _put_array(
 
 
 def _put_scalar(
-    type: IecType[Any], plain: IecType[Any], value: Any, data: bytearray, offset: int
+    type: IecType[Any], resolved_type: IecType[Any], value: Any, data: bytearray, offset: int
 ) -> None:
-    if isinstance(plain, BoolType) != isinstance(value, bool):
+    if isinstance(resolved_type, BoolType) != isinstance(value, bool):
         return
     try:
-        if isinstance(plain, TimeType) and isinstance(value, str):
-            kind = plain.to_python(0).__class__
+        if isinstance(resolved_type, TimeType) and isinstance(value, str):
+            kind = resolved_type.to_python(0).__class__
             value = kind.fromisoformat(value.removesuffix("Z")) if kind in _MOMENTS else value
-        elif isinstance(plain, IntegerType | EnumType) and isinstance(value, float):
+        elif isinstance(resolved_type, IntegerType | EnumType) and isinstance(value, float):
             value = int(value) if value.is_integer() else value
-        elif isinstance(plain, StringType) and not isinstance(value, str):
+        elif isinstance(resolved_type, StringType) and not isinstance(value, str):
             return
         type.write(data, offset, value)
     except (IecError, ValueError, OverflowError):

@@ -131,7 +131,7 @@ class ConnectionLimitsConfig(ConfigTable):
 
     unread_bytes: int = Field(default=64 * 1024 * 1024, ge=65_536)
     """Bytes of answers and samples on a connection that is not read; beyond, it is cut off."""
-    held_bytes: int = Field(default=DEFAULT_SEND_BUDGET, ge=1024 * 1024)
+    buffered_bytes: int = Field(default=DEFAULT_SEND_BUDGET, ge=1024 * 1024)
     """Bytes that all connections together leave unread, or send of packets without their end, and
     that wait for a route; beyond, those with the most of them are cut off until an eighth of it is
     free."""

@@ -88,7 +88,7 @@ class Network:
             max_connections=config.router.max_connections,
             max_backlog=config.limits.unread_bytes,
             max_per_host=config.router.max_connections_per_host,
-            send_budget=SendBudget(config.limits.held_bytes),
+            send_budget=SendBudget(config.limits.buffered_bytes),
         )
         self.discovery: DiscoveryEndpoint | None = None
         self.uplinks: Uplinks | None = None

@@ -15,7 +15,7 @@ _FIGURES = (
     Figure("connections", "connections", "Open TCP connections."),
     Figure("connections_refused", "connections_refused", "Connections not taken.", True),
     Figure("connections_cut_off", "connections_cut_off", "Connections closed by a limit.", True),
-    Figure("held_bytes", "held_bytes", "Bytes that wait on all connections together."),
+    Figure("buffered_bytes", "buffered_bytes", "Bytes that wait on all connections together."),
     Figure("samples_late", "samples_late", "Samples of notifications that came late.", True),
     Figure("registered_ports", "registered_ports", "AMS ports in use."),
     Figure("lost_frames", "lost_frames", "Frames without a receiver.", True),

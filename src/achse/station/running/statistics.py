@@ -81,7 +81,7 @@ def statistics(station: CountedStation) -> dict[str, Any]:
         "connections_refused": sum(listener.refused for listener in station.listeners),
         "connections_cut_off": sum(listener.cut_off for listener in station.listeners),
         "queued_bytes": sum(connection.backlog for connection in connections),
-        "held_bytes": sum(
+        "buffered_bytes": sum(
             budget.total for budget in {listener.send_budget for listener in station.listeners}
         ),
         "samples_late": station.usage.budget.late,
