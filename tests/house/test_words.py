@@ -71,9 +71,10 @@ ROOMS_TO_MEND: dict[str, int] = {}
 
 
 QUESTION = re.compile(
-    r"(?:(?:What|How|When|Where|Which|Who|Whom|Whose)(?:ever)?|Whether|Why|That|Those)\b"
+    r"(?:(?:What|How|When|Where|Which|Who|Whom|Whose)(?:ever)?|Whether|Why|That|Those|Raises)\b"
 )
-"""Beginnings of docstrings that answer a question or point back, instead of a name or a command."""
+"""Beginnings of docstrings that answer a question or point back, instead of a name or a command.
+Errors come last (`Return … Raises X.`); what is there to raise begins with `Raise X unless …`."""
 
 PARTICIPLES = {
     "asked", "begun", "chosen", "done", "found", "given", "gone", "held", "kept", "known", "left",

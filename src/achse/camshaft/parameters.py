@@ -134,8 +134,8 @@ class CamSet:
         also: str = "",
         shown: str = "",
     ) -> None:
-        """`pad` unused bytes at the end; `also` is set too, though its own row does not, `shown` is
-        not, though its own row does."""
+        """Arrange parameters by `order`, with `pad` unused bytes at the end; `also` is set too,
+        though its own row does not, `shown` is not, though its own row does."""
         by_name = {each.name: each for each in parameters}
         self.parameters = tuple(by_name[name] for name in order)
         self._writable_names = {each.name for each in parameters if each.writable} - {shown} | {

@@ -35,7 +35,7 @@ _FULL = (errno.ENOSPC, errno.EIO, getattr(errno, "EDQUOT", errno.ENOSPC), errno.
 
 
 def main() -> None:
-    """Console script `achse`; ends the process with the command's exit code."""
+    """Run the console script `achse`; end the process with the command's exit code."""
     gc.set_threshold(_YOUNG)
     from achse.cli.interrupts import leave_at_once
 

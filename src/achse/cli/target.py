@@ -151,7 +151,7 @@ def _target(
         typer.Option(min=0.001, help="Seconds per request.", rich_help_panel="Target"),
     ] = 5.0,
 ) -> None:
-    """Every client command has these."""
+    """Declare the options of every client command."""
 
 
 def _run(

@@ -259,7 +259,7 @@ class Drive:
             raise FileRefusal(FoeError.ILLEGAL, "firmware is written in PreOp")
 
     def write_file(self, name: str, data: bytes) -> None:
-        """Program other firmware, which takes its time. Raise `FileRefusal`."""
+        """Program other firmware, which takes its time. Raises `FileRefusal`."""
         self.firmware.program(data)
         self._busy = True
 

@@ -115,7 +115,7 @@ class VirtualDrive(Drive):
         self.wait(lambda: self.statusword & 0x0400, seconds, "target reached")
 
     def home(self, method: int, *, offset: int = 0, seconds: float = 60.0) -> None:
-        """Do a whole homing in hm. Raise `DriveTimeout`, also on a homing error."""
+        """Do a whole homing in hm. Raises `DriveTimeout`, also on a homing error."""
         self.put(0x6098, method)
         self.put(0x607C, offset)
         self.control(0x0F)

@@ -352,7 +352,7 @@ class Esc:
 
     @_when_written(Register.RESET)
     def _reset_written(self, first: int, end: int) -> None:
-        """'R', 'E', 'S' in three writes reset the controller."""
+        """Reset the controller once 'R', 'E' and 'S' came in three writes."""
         letter = self.memory[Register.RESET]
         expected = b"RES"[self._reset_progress]
         self._reset_progress = self._reset_progress + 1 if letter == expected else 0

@@ -293,7 +293,7 @@ class _Table:
                 self._add(f"{_NC_PORT}:Axes.{axis.name}.{name}", "output")
 
     def choose(self, pattern: str, causality: Any) -> None:
-        """Choose the symbols that a name or a pattern with `*` means. Raise ExportError."""
+        """Choose the symbols that a name or a pattern with `*` means. Raises ExportError."""
         ports, name = self._ports_of(pattern)
         symbols = [
             f"{port}:{each}"

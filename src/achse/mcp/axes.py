@@ -25,7 +25,7 @@ async def command(
     wait: bool,
     patience: float,
 ) -> None:
-    """Command an axis, and wait for the end. Raise AdsError, ValueError."""
+    """Command an axis, and wait for the end. Raises AdsError, ValueError."""
     match action:
         case "state":
             return

@@ -338,7 +338,7 @@ def _follow_others(ax: AxisFields, rows: NcRows, dt: float) -> None:
 
 
 def cycles(rows: NcRows, hardware: HardwareRows, dt: float, count: int) -> None:
-    """`count` cycles of all axes on simulated machines, masters first.
+    """Run `count` cycles of all axes on simulated machines, masters first.
 
     Each axis has its inputs, its cycle and its outputs at once, while its records are at hand; it
     knows nothing of the machines of others, so this is as if all inputs came before all axes.

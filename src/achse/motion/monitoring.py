@@ -53,7 +53,7 @@ _QUIET = 32
 
 
 def report(ax: AxisFields, code: int, cut: int) -> None:
-    """A supervision found `code`: react now, or after the configured delay."""
+    """React to a supervision's `code` now, or after the configured delay."""
     if ax.error_reaction_mode == 1 and ax.error_reaction_delay > 0.0 and ax.error_code == 0:
         if ax.delayed_error.code == 0:
             ax.delayed_error.code = code
@@ -65,7 +65,7 @@ def report(ax: AxisFields, code: int, cut: int) -> None:
 
 
 def _watch_signals(ax: AxisFields, dt: float) -> None:
-    """The fast-stop signal of the drive and the validity of the I/O data."""
+    """Supervise the fast-stop signal of the drive and the validity of the I/O data."""
     drive = ax.drive
     kind = ax.fast_axis_stop_signal_type
     if kind != 0:
@@ -181,7 +181,7 @@ def supervise_enable(ax: AxisFields, dt: float) -> None:
 
 
 def _supervise_following_error(ax: AxisFields, dt: float) -> None:
-    """Following errors above their window for longer than the filter time cut the output."""
+    """Cut the output at following errors above their window for longer than the filter time."""
     controller = ax.controller
     if controller.following_error_position_monitoring_enable:
         if abs(controller.following_error) > controller.following_error_position_max:
@@ -233,7 +233,7 @@ def _at_limit(ax: AxisFields) -> int:
 
 
 def _supervise_limits(ax: AxisFields, dt: float) -> None:
-    """Soft limits end every motion. A delayed reaction waits only if the axis rests by then."""
+    """End every motion at a soft limit. A delayed reaction waits only if the axis rests by then."""
     where = _at_limit(ax)
     if ax.compensating or not goes_alone(ax) or UNPLANNED[ax.set_motion_phase]:
         ahead = running_into(ax, ax.set.velocity, dt)

@@ -35,7 +35,8 @@ class CycleOrder:
         return self.rows.buffer_info()
 
     def arrange(self, masters: Mapping[int, Sequence[int]]) -> None:
-        """From the next cycle on, masters come first; `masters` says whom a row follows, if any.
+        """Order masters before their slaves from the next cycle on; `masters` has the rows that a
+        row follows.
 
         Raises CouplingRing, and then the order is as before.
         """

@@ -477,7 +477,7 @@ class PlcRuntime:
             listener(state)
 
     def run(self) -> None:
-        """Go from STOP to RUN; variables keep their values. Raise PlcStateError in EXCEPTION."""
+        """Go from STOP to RUN; variables keep their values. Raises PlcStateError in EXCEPTION."""
         if self.state is PlcState.EXCEPTION:
             raise PlcStateError(f"{self.name} is in EXCEPTION: reset it first")
         if self.state is PlcState.STOP:

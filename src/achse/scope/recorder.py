@@ -130,7 +130,7 @@ class Recorder:
         self.due_ns = math.inf
 
     def trigger(self, now_ns: int) -> None:
-        """Trigger the recording now. Raise ScopeError unless it waits for the trigger."""
+        """Trigger the recording now. Raises ScopeError unless it waits for the trigger."""
         if self.state is not ScopeState.RECORDING:
             raise ScopeError(f"expected a scope that records, it is {self.state.name}")
         self._fire(now_ns, 1)

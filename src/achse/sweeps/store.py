@@ -44,7 +44,7 @@ class SweepStore:
         self._lock_file: IO[str] | None = None
 
     def __enter__(self) -> Self:
-        """Raises SweepError if another sweep writes there, OSError."""
+        """Lock and open the store. Raises SweepError if another sweep writes there, OSError."""
         self._parts.mkdir(parents=True, exist_ok=True)
         lock = (self._parts / _LOCK).open("a+", encoding="utf-8")
         if not lock_file(lock):

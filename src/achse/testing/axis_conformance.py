@@ -34,15 +34,15 @@ class AxisReach(Protocol):
     """The NC's port 500 or 501, as `achse.blocking` gives it: `client.at_port(501)`."""
 
     def read_raw(self, group: int, offset: int, length: int) -> bytes:
-        """Raises DeviceError."""
+        """Read bytes. Raises DeviceError."""
         ...
 
     def write_raw(self, group: int, offset: int, data: bytes) -> None:
-        """Write. Raise DeviceError."""
+        """Write bytes. Raises DeviceError."""
         ...
 
     def read_write_raw(self, group: int, offset: int, read_length: int, data: bytes) -> bytes:
-        """Raises DeviceError."""
+        """Write bytes, and return the answer. Raises DeviceError."""
         ...
 
 

@@ -225,7 +225,7 @@ class EthernetLink(_Socket):
                 return frame
 
     def _missed(self, trouble: OSError) -> None:
-        """Count a failed send or receive. Raise `trouble` if it will not recover."""
+        """Count a failed send or receive. Raises `trouble` if it will not recover."""
         if trouble.errno not in _AWAY:
             raise trouble
         self.losses += trouble.errno in _DOWN

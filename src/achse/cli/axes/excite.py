@@ -51,7 +51,7 @@ async def jog(
     sample_time: SampleTime = 0.01,
     in_json: Json = False,
 ) -> None:
-    """Travel at a manual velocity, as long as a key would be held; Ctrl-C lets it go earlier."""
+    """Move at a manual velocity, as long as a key would be pressed; Ctrl-C releases it earlier."""
     from achse.cli.axes.excitation import Excitation
     from achse.codes.axis import JogType
 

@@ -270,7 +270,7 @@ async def reload(
     ] = 0,
     in_json: Json = False,
 ) -> None:
-    """Online change: a running achse station reads its sources or symbol files again."""
+    """Read the sources or symbol files of a running achse station again (online change)."""
     from achse.codes.station import ONLINE_CHANGE
 
     answer = await client.read_write_raw(ONLINE_CHANGE, plc, _LONGEST_ANSWER, b"")

@@ -135,7 +135,7 @@ class AxisValues:
         return AxisValues(self._axis, self._groups, number)
 
     def __getitem__(self, name: str) -> AxisValue:
-        """Raises UnknownService (a LookupError) with what is near."""
+        """Return a parameter by name. Raises UnknownService (a LookupError) with what is near."""
         service = named(self._groups, name)
         if not service.readable:
             raise UnknownService(f"{service.name} cannot be read")

@@ -207,7 +207,7 @@ class ScopeServer:
         self._look()
 
     def trigger(self, scope: NumberedScope) -> None:
-        """Trigger the scope now. Raise DeviceError 0x712 unless it waits for the trigger."""
+        """Trigger the scope now. Raises DeviceError 0x712 unless it waits for the trigger."""
         try:
             scope.recorder.trigger(self._clock())
         except ScopeError as refusal:

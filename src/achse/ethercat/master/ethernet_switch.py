@@ -54,7 +54,7 @@ class EthernetSwitch:
             del self._behind[address]
 
     def send(self, port: SwitchPort, frame: bytes) -> None:
-        """Accept a frame at a port. Raise ValueError for a frame of a wrong length."""
+        """Accept a frame at a port. Raises ValueError for a frame of a wrong length."""
         if not SHORTEST_FRAME <= len(frame) <= LONGEST_FRAME:
             raise ValueError(
                 f"an Ethernet frame has {SHORTEST_FRAME} to {LONGEST_FRAME} bytes, got {len(frame)}"

@@ -107,7 +107,7 @@ class Feeder:
         return self._origin
 
     def _forget_entries(self) -> None:
-        """Blocks that the path has passed are not shown again, unless it may come back to them."""
+        """Forget blocks that the path has passed, unless it may come back to them."""
         group, entries = self.group, self._entries
         first = group.oldest if group.way_back.keeps_path else group.present
         while len(entries) > 1 and entries[0].last < first:
@@ -144,7 +144,7 @@ class Feeder:
             self._marks.popleft()[1]()
 
     def begin_cycle(self) -> None:
-        """So many segments may go over in this cycle (group parameter 0x514)."""
+        """Limit how many segments may go over in this cycle (group parameter 0x514)."""
         self._budget = self.group.max_commands_per_cycle
 
     # commands

@@ -356,7 +356,7 @@ class ProgramChannel(ProgramStates):
         self.end_wait()
 
     def _fail(self, fault: ProgramFault) -> None:
-        """An error of the program or of the group: the axes stop, the place is stored."""
+        """Stop the axes and store the place at an error of the program or of the group."""
         self.error_code, self.fault, self.text_index = fault.code, fault, fault.origin.index
         self.wait(_W.ABORT)
         self._end_program()

@@ -248,7 +248,7 @@ class ProgramRun:
         return True
 
     def _refuse(self, fault: ProgramFault) -> None:
-        """A block cannot be run: the moves before it come first, then the program fails."""
+        """Let the program fail at a block that cannot be run, after the moves before it."""
         self._refused = fault
         log.error("channel %d: %s", self._channel.channel_id, fault)
 

@@ -52,7 +52,7 @@ class TechnologyOutputs:
         return bool(self.fast[number // 32] >> number % 32 & 1)
 
     def show(self, word: Technology, value: float) -> None:
-        """H, S or T."""
+        """Show a value of H, S or T."""
         number = int(value)
         if word is Technology.AUXILIARY:
             self.auxiliary = max(-0x8000_0000, min(0x7FFF_FFFF, number))
@@ -80,6 +80,6 @@ class TechnologyOutputs:
         self.request, self.step = 0, HandshakeStep.NONE
 
     def clear(self) -> None:
-        """M30 or a reset: no fast M functions, no H, S and T."""
+        """Clear all fast M functions, H, S and T, as M30 and a reset do."""
         self.fast = [0] * FAST_WORDS
         self.auxiliary = self.spindle = self.tool = 0

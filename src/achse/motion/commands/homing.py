@@ -38,7 +38,7 @@ def _request_application(axis: Axis, request_type: int) -> None:
 
 
 def end_application_request(axis: Axis) -> None:
-    """The application has served the request, or it is withdrawn."""
+    """End the request, as the application has served it or it is withdrawn."""
     if axis.application.request:
         _request_application(axis, 0)
 

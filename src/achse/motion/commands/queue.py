@@ -96,7 +96,7 @@ def as_resolved_start(axis: Axis, start_type: int, position: float) -> tuple[int
 
 
 def show_accepted(axis: Axis) -> None:
-    """A client that reads the status before the next cycle already sees the job."""
+    """Show the job to clients that read the status before the next cycle."""
     axis.state_dword = axis.state_dword & ~(
         StateBit.NOT_MOVING | StateBit.IN_POSITION_AREA | StateBit.IN_TARGET_POSITION
     ) | (StateBit.HAS_JOB | (StateBit.COMMAND_BUFFERED if axis.buffer.count else 0))

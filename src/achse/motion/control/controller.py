@@ -139,7 +139,7 @@ def _calibrate_offset(ax: AxisFields, part: float, full: float, dt: float) -> fl
 
 
 def _observe(ax: AxisFields, dt: float) -> None:
-    """Luenberger observer of position, velocity and acceleration beyond the motor model.
+    """Observe position, velocity and acceleration beyond the motor model (Luenberger).
 
     Its three poles are at 1 / (1 + 2 pi f0 dt). What the drive reports as its torque counts as the
     current of the motor in A, and the axis unit as the motor's radian.

@@ -98,7 +98,7 @@ def _braking_way(ax: AxisFields) -> float:
 
 
 def _finish(ax: AxisFields) -> None:
-    """The brake is on: the job, or a part of it, is done at any position.
+    """End the job, or a part of it, at any position: the brake is on.
 
     A job that began while the axis ran out from the one before is still to come.
     """
@@ -124,7 +124,7 @@ def _finish(ax: AxisFields) -> None:
 
 
 def _choose(ax: AxisFields, dt: float) -> None:
-    """The phase of this cycle from position, times, override and job."""
+    """Choose the phase of this cycle by position, times, override and job."""
     drive = ax.drive
     phase = drive.switch_phase
     drive.switch_time += dt
@@ -173,7 +173,7 @@ def _choose(ax: AxisFields, dt: float) -> None:
 
 
 def _obey(ax: AxisFields) -> None:
-    """The phase that a direct output commands, without the times of brake and switching."""
+    """Enter the phase that a direct output commands, without the times of brake and switching."""
     drive = ax.drive
     output = ax.direct_output
     phase = _BRAKED
@@ -260,7 +260,8 @@ def run_two_speeds(ax: AxisFields, dt: float) -> None:
 
 
 def show_speed(ax: AxisFields) -> None:
-    """AxisState of a two-speed axis: 1 moving, 2 switching to creep, 3 creeping near, 4 braking."""
+    """Show AxisState of a two-speed axis: 1 moving, 2 switching to creep, 3 creeping near, 4
+    braking."""
     phase = ax.drive.switch_phase
     state = 0
     if ax.set_motion_phase != MotionPhase.NONE:

@@ -11,7 +11,7 @@ from achse.motion.record import AxisFields
 
 
 def follow_axis(ax: AxisFields) -> None:
-    """The set point is where the axis is and as fast as it is; the output filter is there, too."""
+    """Put the set point, and the output filter, to the axis' position and velocity."""
     ax.profile.abrupt = 1
     ax.set.position = ax.encoder.actual_position
     ax.set.velocity = ax.encoder.actual_velocity

@@ -24,7 +24,7 @@ SLAVE = 3
 
 
 def show_coupling(ax: AxisFields) -> None:
-    """Coupling state of an axis (state 0x20)."""
+    """Show the coupling state of an axis (state 0x20)."""
     if ax.coupling.law:
         ax.coupling_state = MASTER_AND_SLAVE if ax.followers else SLAVE
     else:
@@ -100,7 +100,7 @@ def _fading_acceleration(ax: AxisFields) -> float:
 
 
 def _hold(ax: AxisFields, dt: float) -> None:
-    """Followers see the axis at standstill, or come to rest with the fading acceleration."""
+    """Let followers see the axis at standstill, or come to rest with the fading acceleration."""
     value = ax.leading_value
     v = value.velocity
     a = _fading_acceleration(ax)

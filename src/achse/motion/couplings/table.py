@@ -58,11 +58,11 @@ if TYPE_CHECKING:
 
 
 def _anywhere(ax: AxisFields, rows: NcRows) -> None:
-    """The law counts from nowhere."""
+    """Do nothing: the law counts from nowhere."""
 
 
 def _by_the_next_cycle(ax: AxisFields, rows: NcRows) -> None:
-    """The law looks at its parameters in each cycle."""
+    """Do nothing: the law reads its parameters in each cycle."""
 
 
 def _any(ax: AxisFields, masters: Sequence[AxisFields], parameters: Sequence[float]) -> int:

@@ -13,5 +13,5 @@ def heading(ax: AxisFields) -> float:
 
 
 def step(ax: AxisFields, dt: float) -> None:
-    """The set point follows the axis meanwhile."""
+    """Let the set point follow the axis meanwhile."""
     follow_axis(ax)

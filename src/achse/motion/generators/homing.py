@@ -49,7 +49,7 @@ def _stands(ax: AxisFields) -> bool:
 
 
 def _arm(ax: AxisFields) -> None:
-    """Off the cam: latch here, or with the sync pulse still to come."""
+    """Latch here, off the cam, or with the sync pulse still to come."""
     position = ax.encoder.actual_position_unfiltered
     if ax.encoder.reference_mode == ReferenceMode.HOMING_SENSOR_ONLY:
         ax.homing.latch_position = position
@@ -62,7 +62,7 @@ def _arm(ax: AxisFields) -> None:
 
 
 def _set_reference(ax: AxisFields, latched: float) -> None:
-    """The place that is at `latched` has the reference position; homing is over."""
+    """Give the place at `latched` the reference position, and end homing."""
     ax.target_position = ax.set.position
     end_homing(ax)
     shift_origin(ax, ax.encoder.reference_position - latched)
@@ -72,7 +72,7 @@ def _set_reference(ax: AxisFields, latched: float) -> None:
 
 
 def home(ax: AxisFields) -> None:
-    """The step of a homing sequence that this cycle takes; the set-point generator moves."""
+    """Take the step of a homing sequence in this cycle; the set-point generator moves."""
     state = ax.homing.state
     cam = homing_cam(ax)
     if state == HomingState.TOWARDS_CAM:
@@ -108,7 +108,7 @@ def home(ax: AxisFields) -> None:
 
 
 def _by_drive(ax: AxisFields) -> None:
-    """A drive on a bus looks for its reference by itself; the set point follows the axis.
+    """Follow a drive on a bus that homes by itself, with the set point.
 
     Its latch of the homing says what it counts at its reference.
     """

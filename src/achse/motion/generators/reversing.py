@@ -12,7 +12,7 @@ from achse.motion.setpoints.setpoint import begin_job, generate
 
 
 def position_in_turn(ax: AxisFields) -> None:
-    """After each cycle of a reversing command: at a target the pause begins."""
+    """Begin the pause of a reversing command at a target; called after each cycle."""
     if ax.set_command_number != ax.reversing.number or ax.set_command_state not in (
         CommandState.ACTIVE,
         CommandState.DONE,

@@ -20,7 +20,7 @@ def override_share(ax: AxisFields) -> float:
 
 
 def finish(ax: AxisFields) -> None:
-    """The sequence is complete: brake where the axis still moves."""
+    """End the sequence, and brake where the axis still moves."""
     absorb(ax)
     ax.set_command_state = CommandState.DONE
     if abs(ax.set.velocity) < _STILL:

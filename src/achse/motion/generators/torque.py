@@ -30,7 +30,7 @@ def heading(ax: AxisFields) -> float:
 
 
 def end(ax: AxisFields) -> None:
-    """A motion of the position loop leads the drive out of torque mode."""
+    """Leave torque mode of the drive for a motion of the position loop."""
     if ax.set_motion_phase not in (MotionPhase.NONE, MotionPhase.EXTERNAL, MotionPhase.TORQUE):
         ax.drive_operation_mode = ax.torque.mode_before
         ax.torque.mode_before = 0

@@ -150,7 +150,7 @@ class FifoGroup(AxisGroup):
     _forgetting = False
 
     def assigned(self) -> None:
-        """Rows are for the axes that were there."""
+        """Drop all rows: they are for the axes that were there."""
         self._forget()
 
     def _forget(self) -> None:

@@ -131,7 +131,7 @@ class AxisGroup(ABC):
         return OK
 
     def assigned(self) -> None:  # noqa: B027  # not every group does something then
-        """Other axes are at the places now."""
+        """React to other axes at the places."""
 
     def dissolve(self) -> int:
         """Give all axes back to their PTP groups (0x53); 0x4220 while the group moves."""

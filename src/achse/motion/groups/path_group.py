@@ -92,7 +92,7 @@ class PathGroup(PathGroupParameters):
         self._reach.soft_limits = bool(on)
 
     def next_block(self) -> None:
-        """Single block: go on with the next segment."""
+        """Go on with the next segment, in single blocks."""
         if self.planner is not None:
             self.planner.next_block()
 

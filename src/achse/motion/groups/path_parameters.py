@@ -33,7 +33,7 @@ class PathGroupParameters(AxisGroup):
 
     @path_parameters.setter
     def path_parameters(self, parameters: PathParameters) -> None:
-        """Raises PathError."""
+        """Set the parameters of the path. Raises PathError."""
         self._path = parameters
         if self.planner is not None:
             self.planner.parameters = self._path

@@ -26,7 +26,7 @@ class WayBack:
         self._turned_at = 0.0
 
     def begin(self, keeps_path: bool) -> None:
-        """A path begins."""
+        """Begin a path."""
         self.keeps_path, self._turned_at = keeps_path, 0.0
 
     @property

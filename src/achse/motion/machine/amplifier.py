@@ -144,7 +144,7 @@ def move(m: Machine, velocity: float, way: float, lasting: int) -> None:
 def _show_torque(
     a: Amplifier, m: Machine, before: float, velocity: float, dt: float, fast: bool = False
 ) -> None:
-    """Torque of the motor: what accelerates it, against load and friction."""
+    """Show the torque of the motor: for acceleration, against load and friction."""
     torque = (velocity - before) / dt / a.torque_scale + (0.0 if fast else m.load_torque)
     if fast:
         m.torque = torque
@@ -258,7 +258,7 @@ def loaded(a: Amplifier, command: float, velocity: float, dt: float) -> float:
 
 
 def _follow_position(a: Amplifier, dt: float) -> None:
-    """A drive with position interface: the motor goes where the output says, in one cycle."""
+    """Move the motor where the output says, in one cycle: a drive with position interface."""
     m = a.machine
     io = a.io
     here = _in_direction(a, (m.position + a.origin) * a.position_weight)

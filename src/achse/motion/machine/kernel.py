@@ -29,7 +29,7 @@ class HardwareRows:
 
 
 def write_inputs(machine: Machine, hardware: HardwareRows) -> None:
-    """Before the cycle of the NC: what the hardware of a machine says now."""
+    """Write the inputs of the NC from a machine, before the NC's cycle."""
     if machine.fast_path and not machine.resting:
         sense(machine.sensor, fast=True)
         report(machine.amplifier, fast=True)
@@ -56,7 +56,7 @@ def _write_all_inputs(machine: Machine, hardware: HardwareRows) -> None:
 def carry_out(
     machine: Machine, hardware: HardwareRows, spans: Sequence[CurveSpan], dt: float
 ) -> None:
-    """After the cycle of the NC: its outputs move the machine until the next one."""
+    """Move a machine by the outputs of the NC until its next cycle."""
     amplifier = machine.amplifier
     if machine.fast_path and not machine.resting:
         if machine.sensor.io.fresh:

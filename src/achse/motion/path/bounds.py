@@ -111,7 +111,7 @@ def _limit_of(value: float) -> float:
 
 
 def _along(element: PathElement, k: int, axis: PathAxis, slope: float) -> None:
-    """The limits of an axis that has a constant share of the motion."""
+    """Bound an element by the limits of an axis that has a constant share of the motion."""
     if slope * ENDLESS > axis.jerk:
         element.caps[k] = min(element.caps[k], axis.velocity / slope)
         element.starts[k] = min(element.starts[k], axis.acceleration / slope)
@@ -125,7 +125,7 @@ def _along(element: PathElement, k: int, axis: PathAxis, slope: float) -> None:
 def _leave_jerk(
     element: PathElement, k: int, axis: PathAxis, slope: float, twist: float, mixed: float
 ) -> None:
-    """The jerk that is left at rest and at the highest velocity, where the bend takes these."""
+    """Bound the jerk left at rest and at the highest velocity by what the bend takes of these."""
     if slope * ENDLESS > axis.jerk:
         element.first_jerks[k] = min(element.first_jerks[k], (axis.jerk - mixed) / slope)
         element.jerks[k] = min(element.jerks[k], (axis.jerk - mixed - twist) / slope)

@@ -51,7 +51,7 @@ def junction_jerk(junction: PathJunction, v: float) -> float:
 def build_junctions(
     elements: Sequence[PathElement], junctions: Sequence[PathJunction], state: PathState
 ) -> None:
-    """The junctions ahead, in the direction of travel."""
+    """Build the junctions ahead, in the direction of travel."""
     rows = len(elements)
     x = -state.way if state.backwards else state.way
     count = 0
@@ -119,7 +119,7 @@ def _fill(junction: PathJunction, element: PathElement, k: int, state: PathState
 
 
 def _make_safe(junctions: Sequence[PathJunction], state: PathState) -> None:
-    """Limits and safe velocities, from the last junction back."""
+    """Set limits and safe velocities, from the last junction back."""
     factor = min(state.override, 1.0)
     if state.override_type == 1:
         factor = 1.0

@@ -86,7 +86,7 @@ def _cycle(
 
 
 def _forget(state: PathState) -> None:
-    """Elements far behind make room."""
+    """Forget elements far behind, to make room."""
     if not state.backwards:
         state.oldest = max(state.oldest, state.current - state.history)
 
@@ -233,7 +233,7 @@ def _straighten(element: PathElement) -> bool:
 
 
 def _shorten(before: PathElement, element: PathElement, lost: float) -> None:
-    """Both neighbours of a curve lose a part."""
+    """Shorten both neighbours of a curve by what it takes."""
     before.length -= lost
     element.length -= lost
     for i in range(AXES):
@@ -248,7 +248,7 @@ def _shorten(before: PathElement, element: PathElement, lost: float) -> None:
 
 
 def _to_row(source: PathElement, row: PathElement, way: float) -> None:
-    """The element with all that lines, arcs and waits have, in another row."""
+    """Copy what lines, arcs and waits have of an element to another row."""
     row.kind = source.kind
     row.block = source.block
     row.block_after = source.block_after

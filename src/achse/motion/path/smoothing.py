@@ -193,7 +193,7 @@ def _powers_of_4(
 
 
 def _powers_of_5(curve: PathElement, i: int, p0: float, p1: float, p2: float, p5: float) -> None:
-    """The shares of four control points of six."""
+    """Set the powers of a quintic by four control points of six."""
     c = curve.coefficients
     c[i] = p0
     c[AXES + i] = 5.0 * (p1 - p0)
@@ -204,7 +204,7 @@ def _powers_of_5(curve: PathElement, i: int, p0: float, p1: float, p2: float, p5
 
 
 def _add_to_5(curve: PathElement, i: int, p3: float, p4: float) -> None:
-    """The shares of the other two."""
+    """Add the shares of the other two control points."""
     c = curve.coefficients
     c[3 * AXES + i] += 10.0 * p3
     c[4 * AXES + i] += 5.0 * (p4 - 4.0 * p3)

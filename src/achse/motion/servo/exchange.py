@@ -15,7 +15,7 @@ _WORDS = SERVO.words
 def take_image(
     servos: Sequence[Servo], words: MutableSequence[int], image: bytearray, dt: float
 ) -> None:
-    """Inputs of all drives out of the image, and into the structures of their axes."""
+    """Read the inputs of all drives out of the image, into the structures of their axes."""
     for i in range(len(servos)):
         s = servos[i]
         if s.valid:
@@ -35,7 +35,7 @@ def take_image(
 def send_image(
     servos: Sequence[Servo], words: MutableSequence[int], image: bytearray, dt: float
 ) -> None:
-    """Outputs of all axes into the image."""
+    """Write the outputs of all axes into the image."""
     for i in range(len(servos)):
         s = servos[i]
         send(s, dt)

@@ -113,7 +113,7 @@ def _put_status(s: Servo) -> None:
 
 
 def _measure_dead_time(s: Servo, dt: float) -> None:
-    """At a steady velocity the way between target and position is that of the dead time."""
+    """Measure the dead time at a steady velocity, by the way between target and position."""
     d = s.drive
     if s.fixed_dead_time >= 0.0:
         d.dc_time = round(s.fixed_dead_time * 1e9)
@@ -131,7 +131,7 @@ def _measure_dead_time(s: Servo, dt: float) -> None:
 
 
 def take(s: Servo, dt: float) -> None:
-    """Inputs of the drive into the structures; without valid ones the last ones stay."""
+    """Write the inputs of the drive into the structures; without valid ones the last ones stay."""
     e = s.encoder
     d = s.drive
     invalid = 0 if s.valid else STATUS_INVALID
@@ -232,7 +232,7 @@ def _put_homing(s: Servo) -> int:
 
 
 def send(s: Servo, dt: float) -> None:
-    """Outputs of the axis into the objects of the drive."""
+    """Write the outputs of the axis into the objects of the drive."""
     d = s.drive
     mode = _mode_of(s)
     if mode != s.mode:

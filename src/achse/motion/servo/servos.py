@@ -167,7 +167,7 @@ class Servos:
         axis.go_on_bus()
 
     def connect(self, servo: ServoView, valid: bool, absent: bool = False) -> None:
-        """The drive's data are fresh and it takes outputs, or not any more.
+        """Note whether the drive's data are fresh and it takes outputs.
 
         `absent`: the bus has looked for it and has not found it.
         """

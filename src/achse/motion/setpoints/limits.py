@@ -20,7 +20,7 @@ _FARTHEST = 1e15
 
 
 def adapt_limits(ax: AxisFields) -> None:
-    """The limits in force; an axis that moves looks at them again."""
+    """Set the limits in force; an axis that moves checks them again."""
     encoder = ax.encoder
     low = -inf
     high = inf

@@ -39,7 +39,7 @@ _SWITCH_TARGET = 2
 
 
 def end_homing(ax: AxisFields) -> None:
-    """Homing is over, whatever came of it."""
+    """End homing, whatever its result."""
     if ax.set_motion_phase == MotionPhase.HOMING:
         ax.homing.state = 0
         ax.homing.latch = 0
@@ -147,7 +147,7 @@ def drop_job(ax: AxisFields) -> None:
 
 
 def fail(ax: AxisFields, code: int, cut: int) -> None:
-    """Axis error: drop all commands; open the control loop if `cut`, else brake.
+    """Drop all commands at an axis error; open the control loop if `cut`, else brake.
 
     The first error stays. The ramp is the strongest one of the axis.
     """

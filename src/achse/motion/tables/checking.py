@@ -17,7 +17,8 @@ _WORTH_MACHINE_CODE = 1000
 def extremes(
     places: Sequence[float], values: Sequence[float], results: MutableSequence[float]
 ) -> None:
-    """Shortest and longest step from a place to the next, largest amount of a place or value.
+    """Write the shortest and longest step from a place to the next, and the largest amount of a
+    place or value.
 
     A step from infinity to infinity, NaN, is the shortest.
     """

@@ -91,7 +91,7 @@ def _width(cams: Sequence[float], rows: int, i: int) -> float:
 
 
 def _from_bends(cams: MutableSequence[float], rows: int, last: int, bend_at_end: float) -> None:
-    """Slopes and cubes from half the second derivatives, which are in the squares."""
+    """Compute slopes and cubes from half the second derivatives, which are in the squares."""
     for i in range(last):
         at = rows + SPAN * i
         width = cams[at + SPAN] - cams[at]
@@ -115,7 +115,8 @@ def _open(
     begin_slope: float,
     end_slope: float,
 ) -> None:
-    """Spline with ends of its own. Elimination from the first row on: cubes hold the ratios."""
+    """Compute a spline with ends of its own, by elimination from the first row on: cubes hold the
+    ratios."""
     natural = boundary == Boundary.NATURAL
     ratio = 0.0
     part = 0.0
@@ -149,7 +150,7 @@ def _open(
 
 
 def _periodic(cams: MutableSequence[float], rows: int, last: int) -> None:
-    """Spline whose ends meet: bends are p + b·q with b the bend at the first row.
+    """Compute a spline whose ends meet: bends are p + b·q with b the bend at the first row.
 
     Squares hold p, slopes q, cubes the ratios of the elimination.
     """
@@ -225,7 +226,7 @@ def _local(
     i: int,
     boundary: int,
 ) -> None:
-    """Cubic by the values and slopes of both its rows (Hermite)."""
+    """Compute a cubic by the values and slopes of both its rows (Hermite)."""
     periodic = boundary == Boundary.PERIODIC
     width = places[i + 1] - places[i]
     chord = (values[i + 1] - values[i]) / width
@@ -243,7 +244,7 @@ def _four_rows(
     at: int,
     i: int,
 ) -> None:
-    """Cubic through the four nearest rows (Newton's form, counted from row i)."""
+    """Compute a cubic through the four nearest rows (Newton's form, counted from row i)."""
     n = min(max(i - 1, 0), len(places) - 4)
     begin = places[i]
     a, b, c = places[n] - begin, places[n + 1] - begin, places[n + 2] - begin

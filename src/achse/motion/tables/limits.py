@@ -37,7 +37,7 @@ class TableLimits:
     all_numbers: int = 1 << 21
 
     def demand(self, kind: TableType, rows: int, columns: int, others: Iterable[Table]) -> None:
-        """Raises TableError 0x4A11 unless there is room for one more table beside the others."""
+        """Raise TableError 0x4A11 unless there is room for one more table beside the others."""
         each = _POINT if kind == TableType.MOTION_FUNCTION else 1
         most = self.numbers or (_NUMBERS if compiler_installed() else _NUMBERS_PLAIN)
         most = min(most, _OTHERS.get(kind, most))

@@ -163,7 +163,7 @@ def scan(
     low: float,
     high: float,
 ) -> None:
-    """The first span from `row` on, by `step`, that comes to values from `low` to `high`.
+    """Find the first span from `row` on, by `step`, that comes to values from `low` to `high`.
 
     `results`: its number, -1: none; least and greatest value of the spans up to it. `rows` is where
     the first of the `count` spans is, of which the last is the end only.

@@ -53,7 +53,7 @@ _SAMPLES = 32
 
 
 def begin_survey(results: MutableSequence[float]) -> None:
-    """Nothing was met yet."""
+    """Clear the results: no value was met yet."""
     for n in range(VALUES):
         results[n] = 0.0
     results[VELOCITY] = 1.0
@@ -98,7 +98,7 @@ def meet(
 
 
 def end_survey(results: MutableSequence[float], period: float) -> None:
-    """From sums over the whole curve to means."""
+    """Turn sums over the whole curve into means."""
     results[MEAN_VELOCITY] = results[MEAN_VELOCITY] / period
     results[EFFECTIVE_ACCELERATION] = sqrt(results[EFFECTIVE_ACCELERATION] / period)
 
@@ -132,7 +132,7 @@ def _meet_cubic(
 
 
 def survey(cams: Sequence[float], first: int, results: MutableSequence[float]) -> None:
-    """All values of the cam at `first`, for a master velocity of 1."""
+    """Write all values of the cam at `first`, for a master velocity of 1."""
     begin_survey(results)
     count = floor(cams[first + COUNT])
     rows = first + HEADER

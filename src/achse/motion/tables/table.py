@@ -118,7 +118,8 @@ class Table:
         column_count: int,
         name: str = "",
     ) -> None:
-        """Raises TableError: 0x4A00 id, 0x4A07 sub-type, 0x4A02 rows, 0x4A03 columns, 0x4A11."""
+        """Make an empty table. Raises TableError: 0x4A00 id, 0x4A07 sub-type, 0x4A02 rows,
+        0x4A03 columns, 0x4A11."""
         if not 1 <= table_id <= HIGHEST_TABLE_ID:
             raise TableError(
                 NcError.TABLE_ID_RANGE, f"table {table_id}, expected 1..{HIGHEST_TABLE_ID}"
@@ -168,7 +169,7 @@ class Table:
         return self.table_main_type == TableType.MOTION_FUNCTION
 
     def demand_points(self) -> None:
-        """Raises TableError 0x4262 unless it is a motion function."""
+        """Raise TableError 0x4262 unless it is a motion function."""
         if not self.of_points:
             raise TableError(NcError.TABLE_WRONG_KIND, f"{self!r} has no points")
 

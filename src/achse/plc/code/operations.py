@@ -50,7 +50,7 @@ def rotated(value: int, count: int, width: int) -> int:
 
 
 def out_of_bounds(index: int, first: int, last: int) -> int:
-    """Raises ARRAYBOUNDS."""
+    """Raise ARRAYBOUNDS."""
     raise PlcFault(ExceptionCode.ARRAYBOUNDS, f"index {index}, the array has {first}..{last}")
 
 

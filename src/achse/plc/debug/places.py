@@ -57,7 +57,7 @@ class DebugSpot(NamedTuple):
         return real.decode(data)
 
     def write(self, value: object) -> None:
-        """Write a value. Raise `IecValueError` for one that the type does not accept."""
+        """Write a value. Raises `IecValueError` for one that the type does not accept."""
         if self.bit is not None:
             state = bool(value)
             byte = self.data[self.offset]

@@ -58,7 +58,7 @@ class BuiltinMemory:
         return self._linked().namespace["store_bytes"](address, data)
 
     def spend(self, size: int) -> None:
-        """Count moved bytes. Raise CYCLE_TIME_EXCEED."""
+        """Count moved bytes. Raises CYCLE_TIME_EXCEED."""
         self._linked().spend(size)
 
     def make_bytes(self, data: bytes) -> int:

@@ -27,11 +27,11 @@ class BuiltinContext(Protocol):
     """Interface of the PLC to a built-in."""
 
     def load_bytes(self, address: int, size: int) -> bytes:
-        """Raises ACCESS_VIOLATION where there is no memory."""
+        """Return bytes at an address. Raises ACCESS_VIOLATION where there is no memory."""
         ...
 
     def store_bytes(self, address: int, data: bytes) -> object:
-        """Raises ACCESS_VIOLATION where there is no memory."""
+        """Write bytes to an address. Raises ACCESS_VIOLATION where there is no memory."""
         ...
 
     def spend(self, size: int) -> None:

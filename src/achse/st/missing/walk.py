@@ -187,7 +187,7 @@ class MissingNames:
                 self._in_statements(part.body, scope)
 
     def _overrides(self, entry: DeclaredUnit) -> None:
-        """Methods of a block whose base or interface is missing: calls show less of them."""
+        """Note methods of a block whose base or interface is missing: calls show less of them."""
         interfaces = list(self.meanings.types.interfaces_of(entry))
         base = self.meanings.types.base_of(entry)
         own = {part.name.lower(): part for part in getattr(entry.tree, "parts", ())}
@@ -237,7 +237,7 @@ class MissingNames:
                 use.is_bound = True
 
     def _in_bounds(self, spec: TypeSpec, scope: Scope) -> None:
-        """Lengths and bounds are whole numbers."""
+        """Note names in lengths and bounds: they are whole numbers."""
         for tree, is_low in numbers_of(spec):
             for name in leaves(tree):
                 use = self.meanings.constant(name, scope)
@@ -317,7 +317,7 @@ class MissingNames:
         self._in_initial(item.value, sense if isinstance(sense, tuple) else None, scope)
 
     def _note_elements(self, use: MissingUse, tree: ArrayInitial, scope: Scope) -> None:
-        """`(aSpeeds := [1.0, 2.0])`: how many elements, and of what."""
+        """Note how many elements `(aSpeeds := [1.0, 2.0])` shows, and their type."""
         use.element = use.element or MissingUse(use.name)
         use.highest = max(use.highest, len(tree.values) - 1)
         for value in tree.values:
@@ -334,7 +334,7 @@ class MissingNames:
                 sense.peers.append(use)
 
     def _value_of(self, tree: Expression, use: MissingUse, scope: Scope) -> None:
-        """`x : E_Mode := E_Mode.Auto` or `:= Auto`: a value of a missing enumeration."""
+        """Note a value of a missing enumeration: `x : E_Mode := E_Mode.Auto` or `:= Auto`."""
         sense = self.meanings.of(tree, scope)
         if isinstance(sense, MissingUse) and not use.type:
             name = tree.name if isinstance(tree, Name | Member) else ""
@@ -424,7 +424,7 @@ class MissingNames:
                 self._note_use(self.meanings.of(side, scope), "DINT")
 
     def _compared(self, left: Expression, right: Expression, scope: Scope) -> None:
-        """Two sides that have one type."""
+        """Note that two sides have one type."""
         for one, other in ((left, right), (right, left)):
             sense = self.meanings.of(one, scope)
             if isinstance(sense, tuple):

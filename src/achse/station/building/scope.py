@@ -168,7 +168,7 @@ class StationScope:
         self._scopes.stop(self._scope)
 
     def trigger(self) -> None:
-        """Trigger the scope now. Raise DeviceError unless it waits for the trigger."""
+        """Trigger the scope now. Raises DeviceError unless it waits for the trigger."""
         self._scopes.trigger(self._scope)
 
     def data(self) -> ScopeData:

@@ -142,7 +142,7 @@ class CamshaftConfig(ConfigTable):
         return self
 
     def _check_names(self) -> None:
-        """Check that each name leads to one symbol. Raise ValueError."""
+        """Check that each name leads to one symbol. Raises ValueError."""
         names = [cam.name for cam in self.cam if cam.name]
         for name in (self.name, *names):
             if name != name.strip() or "." in name:

@@ -79,7 +79,7 @@ class FmuAxisConfig(ConfigTable):
 
     @property
     def homing(self) -> None:
-        """None: the unit does not home the axis by itself."""
+        """Return None: the unit does not home the axis by itself."""
         return None
 
 

@@ -239,7 +239,7 @@ class _Places:
         """Structures with the axis they belong to."""
 
     def link(self, port: int, name: str, config: AxisConfig, key: str) -> None:
-        """Link a structure, or both of an AXIS_REF. Raise ConfigError for one of another axis."""
+        """Link a structure, or both of an AXIS_REF. Raises ConfigError for one of another axis."""
         for (at, variable), each in self.there.items():
             if at == port and name in (variable, each.owner.casefold()):
                 if (at, variable) in self.used_by:

@@ -181,7 +181,7 @@ class _Structures:
         self.used_by: dict[tuple[int, str], str] = {}
 
     def link(self, port: int, name: str, config: ChannelConfig, key: str) -> None:
-        """Link one structure. Raise ConfigError if it belongs to another channel."""
+        """Link one structure. Raises ConfigError if it belongs to another channel."""
         at = port, name
         if at in self.used_by:
             raise ConfigError(

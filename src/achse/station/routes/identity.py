@@ -25,7 +25,7 @@ class StationIdentity:
 
     @property
     def identity(self) -> OwnCertificate:
-        """Raises ConfigError."""
+        """The station's certificate, made if it is not there. Raises ConfigError."""
         if self._server is not None:
             return self._server.identity  # which follows files that are replaced
         if self._identity is None:

@@ -40,7 +40,7 @@ class SymbolTopics:
     def __init__(
         self, config: BridgeConfig, router: Router, base: Path, *, session: Session | None = None
     ) -> None:
-        """Raises MqttError."""
+        """Set up the bridge; it connects at `start`. Raises MqttError."""
         self.published = 0
         """Values that were published."""
         self.write_count = 0

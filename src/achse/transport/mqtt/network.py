@@ -79,7 +79,7 @@ class MqttTls:
     psk_key: bytes = b""
 
     def context(self) -> ssl.SSLContext:
-        """Raises MqttError for files that cannot be used."""
+        """Return the TLS context of a broker. Raises MqttError for files that cannot be used."""
         context = ssl.SSLContext(ssl.PROTOCOL_TLS_CLIENT)
         context.minimum_version = ssl.TLSVersion.TLSv1_2
         if self.psk_identity:

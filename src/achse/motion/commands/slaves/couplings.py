@@ -149,7 +149,7 @@ def _any(masters: Sequence[Axis]) -> int:
 
 
 def _nothing() -> None:
-    """The law's memory needs no more than its `base`."""
+    """Do nothing: the law's memory needs no more than its `base`."""
 
 
 def begin_coupling(

@@ -51,7 +51,7 @@ def quintic(
     bend: float,
     end_slope: float,
 ) -> None:
-    """The way of `height` over `length` from velocity and acceleration to `end_slope`.
+    """Write the curve of `height` over `length` from velocity and acceleration to `end_slope`.
 
     It ends without acceleration. Velocities and accelerations are those over the master.
     """
@@ -76,7 +76,7 @@ def ramp(
     slope: float,
     end_slope: float,
 ) -> None:
-    """From one velocity to another over `length`, without acceleration at both ends (cubic)."""
+    """Write a cubic from one velocity to another over `length`; both ends without acceleration."""
     change = (end_slope - slope) * length
     terms[first] = begin
     terms[first + 1] = slope * length
@@ -89,14 +89,14 @@ def ramp(
 def line(
     terms: MutableSequence[float], first: int, length: float, begin: float, slope: float
 ) -> None:
-    """Constant velocity over `length`."""
+    """Write constant velocity over `length`."""
     ramp(terms, first, length, begin, slope, slope)
 
 
 def weak_ramp(
     terms: MutableSequence[float], first: int, length: float, slope: float, smooth: bool
 ) -> None:
-    """From rest to a velocity over `length`: the velocity is a line, or `smooth` a cubic curve."""
+    """Write a ramp of velocity from rest over `length`: a line, or `smooth` a cubic."""
     if smooth:
         ramp(terms, first, length, 0.0, 0.0, slope)
         return
@@ -199,7 +199,7 @@ def check_gear(ax: AxisFields, rows: NcRows, gear: float, dt: float) -> int:
 
 
 def set_gear(ax: AxisFields, velocity: float, acceleration: float, gear: float) -> None:
-    """Another gear on the way in time, where the slave sees its master move like this."""
+    """Approach another gear in time, where the slave sees its master move like this."""
     ax.coupling.gear = gear
     ax.set_gear_ratio = gear
     ax.sync.pursued_velocity = gear * velocity
@@ -214,7 +214,7 @@ def _stand(ax: AxisFields) -> None:
 
 
 def _stop_because_it_goes_back(ax: AxisFields) -> None:
-    """The master is behind where it was at coupling: come to rest and stay there."""
+    """Stop and stay: the master is behind where it was at coupling."""
     ax.sync.method = STOPPING
     ax.sync.state = MotionState.INACTIVE
     ax.sync.pursued_velocity = 0.0

@@ -157,7 +157,7 @@ def check_change(ax: AxisFields, rows: NcRows, parameters: Sequence[float], dt: 
 
 
 def change(ax: AxisFields, rows: NcRows) -> None:
-    """New parameters: another gear acts at once; a waiting slave waits by the new ones."""
+    """Apply new parameters: another gear acts at once; a waiting slave waits by the new ones."""
     gear = _gear(ax.coupling.parameters)
     if ax.sync.method == LINEAR:
         run_with(ax, ax.set.position, leading_position(ax, rows, 0), gear)

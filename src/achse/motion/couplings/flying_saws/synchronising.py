@@ -69,7 +69,7 @@ def check_change(ax: AxisFields, rows: NcRows, parameters: Sequence[float], dt: 
 
 
 def change(ax: AxisFields, rows: NcRows) -> None:
-    """Another gear ratio: of a slave that runs with its master at once."""
+    """Apply another gear ratio, at once if the slave runs with its master."""
     gear = ax.coupling.parameters[0]
     if ax.sync.method == BY_TIME or ax.sync.method == SETTLING:
         set_gear(ax, leading_velocity(ax, rows, 0), leading_acceleration(ax, rows, 0), gear)
