@@ -21,11 +21,9 @@ from typing import Any
 
 import pytest
 
-BYTECODE = Path(__file__).parents[1] / ".pytest_cache" / "bytecode"
-
 if os.environ.pop("PYTHONDONTWRITEBYTECODE", None):
-    # Tests start hundreds of processes: each would compile the package again.
-    os.environ["PYTHONPYCACHEPREFIX"] = sys.pycache_prefix = str(BYTECODE)
+    # Tests start hundreds of processes: each would compile the package again. Bytecode is beside
+    # the sources, where pip has put that of other packages.
     sys.dont_write_bytecode = False
 
 
