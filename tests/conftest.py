@@ -46,6 +46,10 @@ class PlainImports(MetaPathFinder):
 
 sys.meta_path.insert(0, PlainImports())
 
+# Judges international addresses for jsonschema, of which no schema here has one. It builds parsers
+# when it is imported, for more than a second.
+sys.modules["rfc3987_syntax"] = None  # type: ignore[assignment]
+
 from hypothesis import HealthCheck, is_hypothesis_test, settings
 from hypothesis.internal.conjecture import providers
 
