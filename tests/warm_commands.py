@@ -393,6 +393,7 @@ def load() -> Callable[[], None]:
 
     import achse.cli
     from achse.cli.app import app
+    from achse.st.declared.standard import standard_libraries
     from achse.station import Station
 
     tree = typer.main.get_command(app)
@@ -406,6 +407,7 @@ def load() -> Callable[[], None]:
             with contextlib.suppress(SystemExit):
                 tree.main(words, prog_name="achse")
     Station.demo().advance(0.01)
+    standard_libraries()  # else each command parses what its programs name
     assert threading.active_count() == 1, threading.enumerate()
     return achse.cli.main
 

@@ -21,7 +21,7 @@ import sys
 import threading
 import traceback
 import weakref
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from importlib import import_module
 from pathlib import Path
 from types import ModuleType
@@ -32,7 +32,10 @@ from _pytest.config import default_plugins
 import achse.cli
 from tests.warm_commands import Server, end_as, load, standard_streams
 
-__all__ = ["ABSENT", "BLOCK_END", "serving"]
+__all__ = ["ABSENT", "BLOCK_END", "SHARED", "serving", "starting"]
+
+SHARED = "ACHSE_TESTS_PYTHON"
+"""Environment variable: folder of a server that all workers of a run share."""
 
 ABSENT = "ACHSE_TESTS_ABSENT"
 """Environment variable: modules that a command does not find, with commas between."""
@@ -90,13 +93,25 @@ ROOT = Path(__file__).parents[1]
 
 @contextlib.contextmanager
 def serving(folder: Path) -> Iterator[Path]:
-    """A folder whose `achse` and `python` are quick, for PATH."""
+    """A folder whose `achse` and `python` are quick, for PATH: that of the run, or this one."""
+    if shared := os.environ.get(SHARED):
+        yield Path(shared)
+        return
+    with starting(folder) as ready:
+        ready()
+        yield folder
+
+
+@contextlib.contextmanager
+def starting(folder: Path) -> Iterator[Callable[[], None]]:
+    """Start the server; the function that this yields returns when it serves."""
     path = folder / "line"
     program = [sys.executable, "-m", "tests.warm_python", str(path)]
     with subprocess.Popen(
         program, cwd=ROOT, stdin=subprocess.PIPE, stdout=subprocess.PIPE
     ) as server:
-        try:
+
+        def ready() -> None:
             assert server.stdout is not None
             assert server.stdout.readline() == b"ready\n"
             for name, tool in (("achse", "achse"), ("python", PYTHON), ("python3", PYTHON)):
@@ -104,7 +119,9 @@ def serving(folder: Path) -> Iterator[Path]:
                 text = STUB.format(python=sys.executable, path=str(path), tool=tool)
                 stub.write_text(text, encoding="utf-8")
                 stub.chmod(0o755)
-            yield folder
+
+        try:
+            yield ready
         finally:
             assert server.stdin is not None
             server.stdin.close()  # it ends with us, however we end
@@ -234,6 +251,7 @@ WARM = (
 
 def main(path: str) -> None:
     """Serve calls; each child does what it is asked for."""
+    sys.modules["rfc3987_syntax"] = None  # type: ignore[assignment]  # as in tests/conftest.py
     achse_command = load()
     for name in WARM:
         import_module(name)

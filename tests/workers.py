@@ -49,6 +49,9 @@ ROOT = Path(__file__).parents[1]
 SHARING = (ROOT / "tests" / "interop" / "browser", ROOT / "tests" / "house")
 """Folders whose tests share what is dear: a browser, and all modules parsed."""
 
+PROGRAMS = {ROOT / "tests" / "docs", ROOT / "tests" / "benchmarks"}
+"""Folders whose tests run programs in Python, by a process that has loaded achse."""
+
 SLOW = ROOT / "tests" / "data" / "slow_files.txt"
 """Slow files with their CPU seconds: the dearest starts first."""
 
@@ -425,6 +428,34 @@ def own_temporary_folder(session: pytest.Session) -> Iterator[None]:
             session.config.hook.pytest_runtest_logreport(report=report)
 
 
+@contextlib.contextmanager
+def shared_servers(python: bool) -> Iterator[None]:
+    """Processes that have loaded achse and fork for all workers: for commands, and for Python.
+
+    Each takes seconds of CPU time to load; they load side by side.
+    """
+    from tests import warm_python
+
+    with contextlib.ExitStack() as stack:
+        commands, programs = (
+            Path(stack.enter_context(tempfile.TemporaryDirectory())) for _ in range(2)
+        )
+        ready = None
+        if python and warm_commands.is_supported():
+            ready = stack.enter_context(warm_python.starting(programs))
+        stack.enter_context(warm_commands.warm_commands(commands))
+        shared = {warm_commands.SHARED: str(commands)}
+        if ready is not None:
+            ready()
+            shared[warm_python.SHARED] = str(programs)
+        os.environ.update(shared)
+        try:
+            yield
+        finally:
+            for name in shared:
+                del os.environ[name]
+
+
 RUNNER = pytest.StashKey[Runner]()
 
 
@@ -436,11 +467,13 @@ def pytest_runtestloop(session: pytest.Session) -> bool | None:
     if session.testsfailed and not session.config.option.continue_on_collection_errors:
         return None  # pytest itself says so
     if len(session.items) > LARGE:
+        from achse.st.declared.standard import standard_libraries
         from tests.prebuilt import build
 
         if background := session.config.stash.get(BACKGROUND, None):
             background.wait_for_kernels()
         build()
+        standard_libraries()  # parsed once, not in each worker
         gc.freeze()
     runner = session.config.stash[RUNNER] = Runner(session, count, batches(session.items))
     session.config.stash[CPU] = runner.cpu
@@ -449,10 +482,8 @@ def pytest_runtestloop(session: pytest.Session) -> bool | None:
             stack.callback(background.end)
         stack.enter_context(own_temporary_folder(session))
         if len(session.items) > LARGE:
-            folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))
-            stack.enter_context(warm_commands.warm_commands(folder))
-            os.environ[warm_commands.SHARED] = str(folder)
-            stack.callback(os.environ.pop, warm_commands.SHARED)
+            folders = {item.path.parent for item in session.items}
+            stack.enter_context(shared_servers(python=not folders.isdisjoint(PROGRAMS)))
         runner.run()
     return True
 
