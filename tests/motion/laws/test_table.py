@@ -132,14 +132,15 @@ def test_each_law_is_its_closed_form(law: int) -> None:
     """Value, velocity, acceleration and jerk: differences of the exact form over 1e-10."""
     elements = function(law, Ends(1.0))
     form = FORMS[law]
-    for n in range(1, 40):
+    is_integral = law in (13, 21, 22)
+    for n in range(1, 40, 3 if is_integral else 1):
         z = mpf(n) / 40 + mpf(1) / 999
         if any(abs(float(z) - corner) < 1e-6 for corner in CORNERS.get(law, [])):
             continue
         result = at(elements, float(z))
         z = mpf(float(z))
         assert result[0] == pytest.approx(float(form(z)), abs=1e-13)
-        if law in (13, 21, 22):  # integrals: their differences would take a minute
+        if is_integral:  # its differences would take a minute
             continue
         for order in (1, 2, 3):
             exact = float(diff(form, z, order, h=mpf(10) ** -10))
