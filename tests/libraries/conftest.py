@@ -6,6 +6,7 @@ from typing import Any
 
 import pytest
 
+from achse.plc.code import execution
 from achse.station import Station
 from achse.station.configuration.station_file import parse
 
@@ -46,6 +47,17 @@ class Steps:
         for part in name.split("."):
             value = value[part]
         return value
+
+
+@pytest.fixture(autouse=True)
+def plain_code(monkeypatch: pytest.MonkeyPatch, pytestconfig: pytest.Config) -> None:
+    """Programs that say no form run as plain code, but with `--deep`.
+
+    Half of the time of such a test is the translation of each library block that it names. Those
+    that compare both forms (`Ran`), or have the form as a parameter, translate as ever.
+    """
+    if not pytestconfig.option.deep:
+        monkeypatch.setattr(execution, "compiler_installed", lambda: False)
 
 
 @pytest.fixture
