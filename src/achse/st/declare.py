@@ -341,7 +341,7 @@ class _Declarer:
                         "VAR_CONFIG gives an address: AT %…",
                         Code.BAD_ADDRESS,
                     )
-                elif name.name.count(".") != 1:  # `MAIN.a`, `GVL.a`, or `.a` of some list.
+                elif name.name[0] != "." and name.name.count(".") != 1:  # Else `MAIN.a`, `GVL.a`.
                     reach = "VAR_CONFIG reaches the variables of programs and lists only"
                     self._scopes.report(entry.source, name.at, reach, Code.BAD_ADDRESS)
                 else:

@@ -158,3 +158,34 @@ def test_an_address_of_var_config_without_a_variable_is_a_warning(typed: Typed) 
     assert [one.message for one in project.warnings] == [
         "no global variable b is declared AT %I*, %Q* or %M*"
     ]
+
+
+def test_an_address_of_var_config_inside_an_instance_is_a_warning(typed: Typed) -> None:
+    project = typed(
+        """
+        FUNCTION_BLOCK FB VAR_INPUT in AT %I* : BOOL; END_VAR END_FUNCTION_BLOCK
+        VAR_GLOBAL f : FB; END_VAR
+        VAR_CONFIG .f.in AT %IX0.0 : BOOL; END_VAR
+        """
+    )
+    assert not project.faults
+    assert [one.message for one in project.warnings] == [
+        "f.in keeps its place in its instance: %IX0.0 is not given"
+    ]
+
+
+def test_bits_of_process_images_are_numbers(typed: Typed) -> None:
+    """They are numbers of the System Manager: a public project divides one."""
+    project = typed(
+        """
+        PROGRAM MAIN
+        VAR nByte : BITARR8; nWord : BITARR16; nLong : BITARR32; bHigh : BOOL; END_VAR
+        nWord := 270;
+        bHigh := nWord / 256 > 0 AND nWord.1;
+        nWord := nWord MOD 256;
+        nByte := 16#0E;
+        nLong := nWord;
+        END_PROGRAM
+        """
+    )
+    assert not project.faults

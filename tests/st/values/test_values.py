@@ -7,6 +7,7 @@ import pytest
 from achse.iec import (
     BOOL,
     BYTE,
+    DWORD,
     INT,
     LREAL,
     LTIME,
@@ -38,6 +39,8 @@ from achse.st.values.values import Constant, fitted
         (Constant(0xFF, BYTE), SINT, -1),
         (Constant(0x8000, UINT), INT, -0x8000),
         (Constant(5, BYTE), INT, 5),
+        (Constant(-3), DWORD, 0xFFFFFFFD),
+        (Constant(-128), BYTE, 0x80),
         (Constant(1500, TIME), TIME, 1500),
         (Constant(1500, TIME), LTIME, 1_500_000_000),
         (Constant(2_000_000, LTIME), TIME, 2),
@@ -54,6 +57,7 @@ def test_constants_fit(constant: Constant, type: IecType[Any], value: object) ->
     [
         (Constant(40000), INT),
         (Constant(0x18000, UINT), INT),
+        (Constant(-129), BYTE),
         (Constant(1.5), INT),
         (Constant(True), INT),
         (Constant("x"), INT),

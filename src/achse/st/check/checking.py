@@ -210,6 +210,8 @@ class Checking:
         self._work()
         for path, (address, source) in self.names.config_addresses.items():
             message = f"no global variable {path[1:]} is declared AT %I*, %Q* or %M*"
+            if "." in path[1:]:
+                message = f"{path[1:]} keeps its place in its instance: {address.text} is not given"
             self.warn(source, address.at, message, Code.ADDRESS_UNUSED)
         self._routine_by_key = {
             checked.body.signature.key: checked.routine() for checked in self._checked

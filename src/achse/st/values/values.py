@@ -7,7 +7,7 @@ import math
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple, TypeAlias
 
-from achse.iec.derived import resolved
+from achse.iec.derived import SubrangeType, resolved
 from achse.iec.elementary import BOOL, IntegerType, RealType
 from achse.iec.enums import EnumType
 from achse.iec.errors import IecError
@@ -106,6 +106,11 @@ def _whole(constant: Constant, target: IntegerType, at: int, type: IecType[Any])
         width = 8 * target.size
         if bits.low == 0 and value < 1 << width:
             return value - (1 << width)
+    is_signed = value < 0 == target.low and value >= -(1 << 8 * target.size - 1)
+    if is_signed and not isinstance(type, SubrangeType):
+        # So does a negative number of a type that is no longer: -3 in a DWORD is 16#FFFFFFFD.
+        # Source: symbol file of a public project.
+        return value & (1 << 8 * target.size) - 1
     return value
 
 
