@@ -42,9 +42,15 @@ def test_values_by_address(values: Ran, name: str, value: object) -> None:
 def halves() -> Ran:
     return Ran(
         "PROGRAM MAIN VAR a, b : T_ULARGE_INTEGER; sum, difference, product : T_ULARGE_INTEGER;"
-        " order : DINT; turned, back : ULINT; END_VAR"
+        " quotient, rest, low, high, both, any, one, none, wide, left, right : T_ULARGE_INTEGER;"
+        " order : DINT; turned, back : ULINT; zero : BOOL; END_VAR"
         " sum := UInt64Add64(a, b); difference := UInt64Sub64(a, b); product := UInt64Mul64(a, b);"
         " order := UInt64Cmp64(a, b); turned := HOST_TO_BE64EX(WHOLE_OF_ULARGE(a));"
+        " quotient := UInt64Div64(a, b); rest := UInt64Mod64(a, b); low := UInt64Min(a, b);"
+        " high := UInt64Max(a, b); both := UInt64And(a, b); any := UInt64Or(a, b);"
+        " one := UInt64Xor(a, b); none := UInt64Not(a); left := UInt64Shl(a, 5);"
+        " wide := UInt32x32To64(a.dwHighPart, b.dwLowPart); right := UInt64Shr(a, 5);"
+        " zero := UInt64isZero(b) AND ULARGE_TO_ULINT(ULINT_TO_ULARGE(turned)) = turned;"
         " back := BE64_TO_HOSTEX(turned); END_PROGRAM"
     )
 
@@ -57,12 +63,16 @@ def test_numbers_in_two_halves(halves: Ran, a: int, b: int) -> None:
         main[name].dwLowPart = value & 0xFFFFFFFF
         main[name].dwHighPart = value >> 32
     halves.cycle()
-    for name, value in (("sum", a + b), ("difference", a - b), ("product", a * b)):
+    expected = {"sum": a + b, "difference": a - b, "product": a * b, "low": min(a, b)}
+    expected |= {"high": max(a, b), "both": a & b, "any": a | b, "one": a ^ b, "none": ~a}
+    expected |= {"quotient": a // b if b else 0, "rest": a % b if b else 0, "left": a << 5}
+    expected |= {"wide": (a >> 32) * (b & 0xFFFFFFFF), "right": a >> 5}
+    for name, value in expected.items():
         number = halves[name]
         assert number["dwHighPart"] << 32 | number["dwLowPart"] == value % (1 << 64)
     assert halves["order"] == (a > b) - (a < b)
     assert halves["turned"].to_bytes(8, "little") == a.to_bytes(8, "big")
-    assert halves["back"] == a
+    assert (halves["back"], halves["zero"]) == (a, b == 0)
 
 
 @pytest.mark.parametrize(

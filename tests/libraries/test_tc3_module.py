@@ -8,6 +8,8 @@ from tests.plc.code.conftest import Ran
 BLOCK = """FUNCTION_BLOCK FB_Held IMPLEMENTS ITcUnknown
 VAR_OUTPUT nReleased : INT; END_VAR
 METHOD TcAddRef : UDINT END_METHOD
+METHOD TcQueryInterface : HRESULT VAR_INPUT iid : REFERENCE TO IID;
+ pipItf : POINTER TO PVOID; END_VAR END_METHOD
 METHOD TcRelease : UDINT nReleased := nReleased + 1; END_METHOD
 END_FUNCTION_BLOCK
 """
@@ -39,3 +41,23 @@ def test_guids_are_equal_if_every_byte_is(one: int, other: int, at: int) -> None
         " none := GuidsEqual(0, ADR(b)); END_PROGRAM"
     ).cycle()
     assert (ran["first"], ran["second"], ran["none"]) == (one == other, False, False)
+
+
+@settings(max_examples=5)
+@given(oid=st.integers(0, 2**32 - 1))
+def test_a_program_for_modules_learns_that_there_is_none(oid: int) -> None:
+    """As the block that a model of Simulink brings along goes about it."""
+    ran = Ran(
+        "PROGRAM MAIN VAR server : ITComObjectServer; object : ITComObject; image : ITcADI;"
+        " hr, made : HRESULT; id : IID; class : CLSID; state : TCOM_STATE; p : PVOID; END_VAR"
+        f" hr := FW_ObjMgr_GetObjectServer({oid}, ADR(server));"
+        " made := FW_ObjMgr_CreateInstance(class, id, ADR(object)); state := TCOM_STATE_INIT;"
+        " IF server <> 0 THEN hr := server.TcQueryObjectInterface(0, id, ADR(object)); END_IF"
+        " IF object <> 0 THEN hr := object.TcSetObjState(TCOM_STATE_OP, server, 0);"
+        " ELSIF FAILED(hr) THEN made := Tc2_System.E_HRESULTAdsErr.NOINTERFACE; END_IF"
+        " IF image <> 0 THEN hr := image.GetImagePtr(8, 0, adi_x := 1, ppData := ADR(p)); END_IF"
+        " FW_ObjMgr_DeleteInstance(ADR(object)); END_PROGRAM"
+    ).cycle()
+    assert ran.plc.failure == ""
+    assert (ran["hr"] & 0xFFFFFFFF, ran["made"] & 0xFFFFFFFF) == (0x9811070C, 0x9811071A)
+    assert ran["state"] == 1
