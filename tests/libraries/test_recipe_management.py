@@ -25,3 +25,20 @@ def test_results_of_commands_stand_alone() -> None:
         " none := last = ERR_NO_RECIPE_MANAGER_SET; ok := last = ERR_OK; END_PROGRAM"
     ).cycle()
     assert (ran["last"], ran["none"], ran["ok"]) == (0x4006, True, False)
+
+
+def test_lists_of_recipes_are_refused() -> None:
+    """The names of their inputs are those of a public project."""
+    ran = Ran(
+        "PROGRAM MAIN VAR recipes : RecipeManCommands; names, values, fields : DWORD;"
+        " list : ARRAY [0..3] OF STRING; stored : BOOL := TRUE; END_VAR"
+        " names := recipes.GetRecipeNames(RecipeDefinitionName := 'A', pStrings := ADR(list),"
+        " iSize := 4, iStartIndex := 0); values := recipes.GetRecipeValues("
+        "RecipeDefinitionName := 'A', RecipeName := 'B', pStrings := ADR(list), iSize := 4,"
+        " iStartIndex := 0, iStringLength := 80); fields := recipes.GetRecipeVariableNames("
+        "RecipeDefinitionName := 'A', RecipeName := 'B', pStrings := ADR(list), iSize := 4,"
+        " iStartIndex := 0); stored := recipes.SetStoragePath('C'); END_PROGRAM"
+    ).cycle()
+    assert ran.plc.failure == ""
+    assert (ran["names"], ran["values"], ran["fields"]) == (0x4006, 0x4006, 0x4006)
+    assert ran["stored"] is False

@@ -207,3 +207,22 @@ def test_a_station_has_no_files_that_wait() -> None:
     ).cycle()
     assert (ran.plc.failure, int(ran["status"]), int(ran["first"])) == ("", 1, 0)
     assert (ran["error"] > 0, ran["shown"]) == (True, "")
+
+
+def test_older_event_logger_is_not_there() -> None:
+    ran = Ran(
+        "PROGRAM MAIN VAR log : ADSLOGEVENT; event : TcEvent; raise, clean : BOOL; n : UDINT;"
+        " END_VAR event.Flags := TCEVENTFLAG_LOG OR TCEVENTFLAG_SRCID; n := SIZEOF(event);"
+        " event.StreamType := TCEVENTSTREAM_SIMPLE; event.Class := TCEVENTCLASS_ALARM;"
+        " log(PORT := 110, Event := raise, EventConfigData := event, FbCleanup := clean);"
+        " END_PROGRAM"
+    ).cycle()
+    main: Any = ran.plc.instance("MAIN")
+    log = main.log
+    assert (log.Err, log.EventConfigData.Flags, ran["n"]) == (False, 0x140, 88)
+    main["raise"] = True
+    ran.cycle()
+    assert (log.Err, log.ErrId, log.EventState) == (True, 6, 0)
+    main["clean"] = True
+    ran.cycle()
+    assert (log.Err, log.ErrId) == (False, 0)

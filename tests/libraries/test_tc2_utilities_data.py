@@ -71,6 +71,17 @@ def test_find_and_replace_and_split(text: str, find: str, new: str) -> None:
         assert (ran["ll"], ran["rr"]) == tuple(text.rsplit(find, 1))
 
 
+def test_texts_by_the_names_of_their_inputs() -> None:
+    """As a public project calls them."""
+    ran = Ran(
+        "PROGRAM MAIN VAR s : STRING := 'a-b-c'; o, t : STRING; n : UDINT; ok, u : BOOL; END_VAR"
+        " ok := FindAndReplaceChar(pSrcString := ADR(s), sDeleteChar := '-', sInsertChar := '',"
+        " pDstString := ADR(o), nDstSize := SIZEOF(o)); u := UTF8_TO_STRING(pDstSTRING := ADR(t),"
+        " pSrcUTF8 := ADR(o), nDstSize := SIZEOF(t), nDstLen => n); END_PROGRAM"
+    ).cycle()
+    assert (ran["ok"], ran["o"], ran["u"], ran["t"], ran["n"]) == (True, "abc", True, "abc", 3)
+
+
 def test_wide_texts_and_guids() -> None:
     ran = Ran(
         'PROGRAM MAIN VAR w : WSTRING(20) := "aé€"; v : WSTRING(20); t : WSTRING(40);'

@@ -45,6 +45,9 @@ ROWS = [
     ("n := F_Ref(r REF= n);", "n := f_ref(callee.r := ADR(n));"),
     ("n := F_Sum(w);", "fault: a takes an array of INT, got one of DINT"),
     ("d := F_Add(a := 1, over => 3);", "fault: over => takes a variable"),
+    ("F_Add(a := 1, F_Add => d);", "f_add(callee.a := 1 => d := callee.F_Add);"),
+    ("F_Add(a := 1, f_add => 3);", "fault: F_Add => takes a variable"),
+    ("F_Add(a := 1, F_Add := d);", "fault: F_Add has no parameter 'F_Add'; it has a, b, over"),
 ]  # fmt: skip
 
 

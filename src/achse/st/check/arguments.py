@@ -9,13 +9,14 @@ from achse.iec.elementary import DINT
 from achse.iec.strings import StringType
 from achse.iec.structs import StructType
 from achse.iec.types import IecType
+from achse.iec.variables import Variable
 from achse.st.check.anytype import any_record
 from achse.st.check.kinds import is_one_type_twice, same_shape
 from achse.st.check.meanings import (
     PropertyUse,
 )
 from achse.st.check.operands import TypedOperand, read
-from achse.st.check.parameter_places import place_beside, place_of
+from achse.st.check.parameter_places import place_beside, place_of, place_of_variable
 from achse.st.check.signatures import (
     DeclaredParameter,
     Signature,
@@ -75,7 +76,13 @@ class ArgumentBinder:
             if key:
                 parameter = by_name.get(key)
                 if parameter is None:
-                    raise self._no_parameter(signature, argument, parameters)
+                    result = None if signature is None else signature.result
+                    if result is None or not argument.is_output or result.name.lower() != key:
+                        raise self._no_parameter(signature, argument, parameters)
+                    if argument.value is not None:  # `F(a := x, F => y)` stores the result.
+                        place = place_of_variable(result, argument.at)
+                        outputs.append(self._output(result, place, argument.value))
+                    continue
             else:
                 if in_order is None:
                     in_order = by_position(signature, parameters)
@@ -111,7 +118,7 @@ class ArgumentBinder:
             place = place_of(parameter, argument.at, unit)
             is_output = parameter.section == "VAR_OUTPUT"
             if is_output or argument.is_output:
-                outputs.append(self._output(parameter, place, argument.value))
+                outputs.append(self._output(parameter.variable, place, argument.value))
                 continue
             operand = expressions.operand(argument.value)
             value_at = argument.value.at
@@ -281,31 +288,29 @@ class ArgumentBinder:
             bound = place_beside(place, variable)
             yield Stored(bound, value, DINT, at)
 
-    def _output(self, parameter: DeclaredParameter, place: Storage, target: Expression) -> Stored:
+    def _output(self, variable: Variable[Any, Any], place: Storage, target: Expression) -> Stored:
         """`nOut => x`: read after the call."""
         body = self._body
         at = target.at
         meaning = body.expressions.meaning(target)
         if isinstance(meaning, PropertyUse) and body.calls.has_set(meaning):
-            return self._output_to_property(parameter, place, meaning, at)
+            return self._output_to_property(variable, place, meaning, at)
         into = body.expressions.as_operand(meaning, at)
         if into.storage is None:
-            raise Unexpected(
-                at, f"{parameter.variable.name} => takes a variable", Code.OUTPUT_TARGET
-            )
+            raise Unexpected(at, f"{variable.name} => takes a variable", Code.OUTPUT_TARGET)
         body.check_writable(into, at)
-        output = read(place, parameter.variable.type, at)
+        output = read(place, variable.type, at)
         value = body.converter.implicit(output, into.type, at)
         return Stored(into.storage, value, into.storage.type, at)
 
     def _output_to_property(
-        self, parameter: DeclaredParameter, place: Storage, use: PropertyUse, at: int
+        self, variable: Variable[Any, Any], place: Storage, use: PropertyUse, at: int
     ) -> Stored:
         """`nOut => Property`: kept after the call, and set behind the statement."""
         frame, calls = self._body.frame, self._body.calls
-        type = flat(parameter.variable.type)
+        type = flat(variable.type)
         temporary = frame.storage(frame.temporary(type), at)
-        operand = TypedOperand(Read(temporary, type, at), parameter.variable.type, temporary)
+        operand = TypedOperand(Read(temporary, type, at), variable.type, temporary)
         calls.after.append(Do(calls.write_property(use, operand, at), at))
         return Stored(temporary, Read(place, type, at), type, at)
 
