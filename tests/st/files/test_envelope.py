@@ -90,7 +90,8 @@ def test_lists_types_and_interfaces() -> None:
     (type,) = read(wrapped("DUT", "TYPE T : INT; END_TYPE")).check().units
     assert isinstance(type, units.TypeDeclaration)
     method = '<Method Name="m"><Declaration>METHOD m : INT</Declaration></Method>'
-    (interface,) = read(wrapped("Itf", "INTERFACE I EXTENDS J", inside=method)).check().units
+    head = "INTERFACE I EXTENDS J\nVAR_INPUT\nEND_VAR\n"  # an empty block means nothing
+    (interface,) = read(wrapped("Itf", head, inside=method)).check().units
     assert (
         interface == parse("INTERFACE I EXTENDS J METHOD m : INT END_METHOD END_INTERFACE").units[0]
     )

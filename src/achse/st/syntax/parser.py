@@ -256,10 +256,10 @@ class Parser:
         extends = self._type_names() if self._cursor.take("EXTENDS") else ()
         self._cursor.take(";")
         parts: tuple[Part, ...] = ()
+        first = self._cursor.position
+        if any(block.variables for block in self.declarations.var_blocks()):
+            self._cursor.position = first  # empty blocks alone mean nothing
         if whole:
-            first = self._cursor.position
-            if any(block.variables for block in self.declarations.var_blocks()):
-                self._cursor.position = first  # empty blocks alone mean nothing
             parts = tuple(self._parts())
             self._end("END_INTERFACE", "METHOD, PROPERTY or END_INTERFACE")
         return Interface(name.name, modifiers, extends, parts, note, name.at)
