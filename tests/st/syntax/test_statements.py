@@ -48,6 +48,7 @@ def flat(text: str) -> str:
         "IF a := f() THEN END_IF",
         "CASE a OF 1: b := 1; END_CASE",
         "CASE a OF 1, 2, 3: b := 1; 4..6, 8: b := 2; ELSE b := 3; END_CASE",
+        "CASE a OF ELSE b := 3; END_CASE",
         "CASE a OF -1: b(); END_CASE",
         "CASE a OF E_X.Idle: b(); E_X.Run, E_X.Stop: c(); END_CASE",
         "CASE a OF cFirst..cLast: b(); END_CASE",
@@ -71,6 +72,12 @@ def flat(text: str) -> str:
 )
 def test_statements_are_read_as_they_are_written(text: str) -> None:
     assert flat(text) == text
+
+
+def test_else_need_not_be_the_last_branch_of_a_case() -> None:
+    """Two public projects have a branch behind it (decision 0239)."""
+    text = "CASE a OF 1: b(); ELSE c(); 2, 3: d(); 4: e(); END_CASE"
+    assert flat(text) == "CASE a OF 1: b(); 2, 3: d(); 4: e(); ELSE c(); END_CASE"
 
 
 @pytest.mark.parametrize(

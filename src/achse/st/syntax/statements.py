@@ -3,7 +3,7 @@
 Source: IEC 61131-3 (2013) table 72.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 
 from achse.st.lexis.codes import Code
 from achse.st.lexis.lexer import END
@@ -201,18 +201,23 @@ class StatementParser:
         cursor = self._cursor
         at = cursor.expect("CASE")
         (selector,) = self._head("OF", self._condition)
-        choices = []
+        choices = list(self._choices())
+        has_else = bool(cursor.take("ELSE"))
+        otherwise = self._body(in_case=True) if has_else else ()
+        choices += self._choices()  # ELSE need not be the last branch (decision 0239)
+        self._close("END_CASE")
+        return Case(selector, tuple(choices), otherwise, at, has_else and not otherwise)
+
+    def _choices(self) -> Iterator[Choice]:
+        """Parse branches with labels, as far as there are any."""
+        cursor = self._cursor
         while (kind := self._kinds[cursor.position]) not in _ENDS:
             place = cursor.at
             if kind == ";":
                 cursor.position += 1
                 continue
             labels = self._labels()
-            choices.append(Choice(labels, self._body(in_case=True), place))
-        has_else = bool(cursor.take("ELSE"))
-        otherwise = self._body() if has_else else ()
-        self._close("END_CASE")
-        return Case(selector, tuple(choices), otherwise, at, has_else and not otherwise)
+            yield Choice(labels, self._body(in_case=True), place)
 
     def _labels(self) -> tuple[Expression | Range, ...]:
         """Parse the labels before the colon. If they are at fault the choice is still read."""
