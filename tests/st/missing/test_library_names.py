@@ -169,6 +169,19 @@ def test_block_inside_a_block_of_a_symbol_file_gets_its_methods(tmp_path: Path) 
     assert check(project.declarations).faults == ()
 
 
+def test_part_of_a_missing_variable_has_the_structure_of_a_symbol_file(tmp_path: Path) -> None:
+    """That it goes into, though members of it are used, too."""
+    outer = """<DataType><Name Namespace="Lib">ST_Mask</Name><BitSize>32</BitSize><SubItem>
+<Name>err</Name><Type>UDINT</Type><BitSize>32</BitSize><BitOffs>0</BitOffs></SubItem></DataType>
+</DataTypes>"""
+    (tmp_path / "a.tmc").write_text(BLOCK.replace("</DataTypes>", outer))
+    mask = "gpChannel.stState.stMask"
+    text = f"PROGRAM P VAR own : ST_Mask; n : UDINT; END_VAR own := {mask}; n := {mask}.err;"
+    project, faults = _examined(tmp_path, f"{text} END_PROGRAM")
+    assert faults == []
+    assert check(project.declarations).faults == ()
+
+
 def test_functions_of_the_runtime_are_not_made_up(tmp_path: Path) -> None:
     text = """PROGRAM P VAR a : FB_Any; b : BOOL; hr : HRESULT; n : DINT; END_VAR
 a(bExecute := SUCCEEDED(hr)); b := FAILED(hr); n := GETCURTASKINDEXEX();

@@ -5,10 +5,15 @@ public projects write them.
 """
 
 import re
+from contextlib import suppress
 
+from achse.iec.errors import IecError
 from achse.iec.names import ELEMENTARY
+from achse.iec.structs import RecordKind, StructType
+from achse.st.declared.predefined import PredefinedTypes
 from achse.st.lexis.words import KEYWORDS
 from achse.st.missing.uses import MissingUse
+from achse.st.syntax.cursor import Unexpected
 
 _PREFIXES = {
     "b": "BOOL",
@@ -123,3 +128,11 @@ def guessed(name: str) -> str:
         return "IID"
     match = _PREFIX.match(name)
     return _WORDS.get(name.lower()) or _PREFIXES.get(match[1] if match else "", "DINT")
+
+
+def is_structure(predefined: PredefinedTypes, name: str) -> bool:
+    """Return True if a symbol file declares a structure of that name, whose members are known."""
+    with suppress(Unexpected, IecError):
+        type = predefined.find(name, 0)
+        return isinstance(type, StructType) and type.kind is RecordKind.STRUCT
+    return False

@@ -11,6 +11,7 @@ from achse.st.declared.scopes import DeclaredUnit, Scope
 from achse.st.graphical.body import GraphicalBody
 from achse.st.missing.calls import note_method_call, note_standard_call, note_value
 from achse.st.missing.joined import join_uses
+from achse.st.missing.kinds import is_structure
 from achse.st.missing.meanings import Meanings, Sense
 from achse.st.missing.required import require_bases
 from achse.st.missing.trees import (
@@ -82,7 +83,7 @@ class MissingNames:
     """
 
     def __init__(self, names: Resolver, units: Iterable[DeclaredUnit] | None = None) -> None:
-        self._scopes = names.scopes
+        self._scopes, self._predefined = names.scopes, names.predefined
         self.meanings = Meanings(names)
         self.places: list[tuple[Scope, NamedType]] = []
         if units is None:
@@ -100,7 +101,7 @@ class MissingNames:
             for entry in own:
                 self.meanings.this = entry
                 self._in_unit(entry)
-            if not join_uses(self.meanings.types.uses, self.meanings.names, self.declares):
+            if not join_uses(self.meanings.types.uses, self.meanings.names, self._is_record):
                 break
         for entry in own:
             self._overrides(entry)
@@ -112,6 +113,10 @@ class MissingNames:
         types = self.meanings.types.uses
         for key in [key for key, use in types.items() if not use.is_needed]:
             del types[key]
+
+    def _is_record(self, name: str) -> bool:
+        """Return True if a source declares a type, or a symbol file a structure of that name."""
+        return self.declares(name) or is_structure(self._predefined, name)
 
     def declares(self, name: str) -> bool:
         """Return True if the project or a library that it references declares a name."""
