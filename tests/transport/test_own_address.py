@@ -9,7 +9,7 @@ from unittest import mock
 import pytest
 
 from achse.transport import own_address
-from achse.transport.own_address import address_for_others
+from achse.transport.own_address import address_for_others, is_loopback
 
 
 @pytest.mark.parametrize("host", ["127.0.0.1", "192.0.2.7", "::1", "mill.local", "localhost"])
@@ -73,3 +73,13 @@ def test_first_interface_with_an_address_besides_loopback_counts() -> None:
         mock.patch("fcntl.ioctl", addressed),
     ):
         assert own_address._interface_address() == ""
+
+
+@pytest.mark.parametrize(
+    ("host", "own"),
+    [("127.0.0.1", True), ("::1", True), ("127.1.2.3", True), ("0.0.0.0", False),
+     ("::", False), ("192.168.1.5", False), ("name", False),
+     ("::1%lo", True), ("fe80::1%lo", False), ("", False), ("/run/socket", False)],
+)  # fmt: skip
+def test_loopback_addresses(host: str, own: bool) -> None:
+    assert is_loopback(host) is own

@@ -16,6 +16,14 @@ _SIOCGIFADDR = 0x8915
 _IFREQ = struct.Struct("16s4x4s16x")
 
 
+def is_loopback(host: str) -> bool:
+    """Return True for an IP address at which only this computer reaches a listener."""
+    try:
+        return ipaddress.ip_address(host.partition("%")[0]).is_loopback
+    except ValueError:
+        return False
+
+
 def address_for_others(host: str) -> str:
     """Return where other computers reach a listener at `host`.
 

@@ -22,14 +22,6 @@ SECURITY_HEADERS = {
 """Headers of every answer."""
 
 
-def is_own_computer(host: str) -> bool:
-    """Return True if only this computer can reach a listener at that address."""
-    try:
-        return ipaddress.ip_address(host.partition("%")[0]).is_loopback
-    except ValueError:
-        return False
-
-
 class AccessGuard:
     """Access guard for HTTP requests.
 

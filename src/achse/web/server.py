@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 
 from achse.client import Client
 from achse.router.rights import ALL_RIGHTS, Right
-from achse.transport.own_address import address_for_others
-from achse.web.access_guard import AccessGuard, is_own_computer
+from achse.transport.own_address import address_for_others, is_loopback
+from achse.web.access_guard import AccessGuard
 from achse.web.contents import PageContents
 from achse.web.pages import Pages
 from achse.web.process_log import ProcessLog
@@ -124,7 +124,7 @@ class WebServer:
         listener = listen(self.settings.host, self.settings.port)
         self.host, self.port = listener.getsockname()[:2]
         self._host_for_others = await asyncio.to_thread(address_for_others, self.host)
-        if not self._token and not is_own_computer(self.host):
+        if not self._token and not is_loopback(self.host):
             self._token = AccessGuard.new_token()
         try:
             server = self._server = server_for(self.app(self.port), self._most_bytes())

