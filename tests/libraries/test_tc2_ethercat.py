@@ -8,6 +8,7 @@ from typing import Any
 from achse.server import Device, RawGroup
 from achse.station import Station
 from achse.station.configuration.station_file import parse
+from tests.plc.code.conftest import Ran
 
 STATES = {1001: 8, 1002: 8}
 
@@ -264,3 +265,15 @@ def test_file_of_a_slave_goes_both_ways(tmp_path: Path) -> None:
     assert (bus.states, bus.visited) == (STATES, {1, 3, 8})
     assert main["open"]["hFoe"]["handle"] == 3
     assert bus.open[3][0] == "New.txt"
+
+
+def test_offsets_lead_from_the_dc_time_to_others() -> None:
+    ran = Ran(
+        "PROGRAM MAIN VAR dc, ext, tc, back, now, own : ULINT; END_VAR own := F_GetCurDcTime64();"
+        " dc := F_ConvTcTimeToDcTime64(TcTime := 1000, DcToTcTimeOffset := 300);"
+        " ext := F_ConvTcTimeToExtTime64(1000, DcToTcTimeOffset := 300, DcToExtTimeOffset := 50);"
+        " back := F_ConvExtTimeToDcTime64(ExtTime := ext, DcToExtTimeOffset := 50);"
+        " now := F_GetCurExtTime64(DcToExtTimeOffset := 70, DcToTcTimeOffset := 20); END_PROGRAM"
+    ).cycle()
+    assert (ran["dc"], ran["ext"], ran["back"]) == (700, 750, 700)
+    assert ran["now"] - ran["own"] == 50

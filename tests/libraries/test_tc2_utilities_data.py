@@ -82,6 +82,28 @@ def test_texts_by_the_names_of_their_inputs() -> None:
     assert (ran["ok"], ran["o"], ran["u"], ran["t"], ran["n"]) == (True, "abc", True, "abc", 3)
 
 
+@pytest.mark.parametrize(
+    ("text", "ids"),
+    [
+        ("192.168.0.255", [192, 168, 0, 255]),
+        ("0.0.0.0", [0, 0, 0, 0]),
+        ("1.2.3", [0] * 4),
+        ("1.2.3.", [0] * 4),
+        ("1.2.3.4.5", [0] * 4),
+        ("1..3.4", [0] * 4),
+        ("1.2.3.256", [0] * 4),
+        ("1.2.x.4", [0] * 4),
+    ],
+)
+def test_internet_addresses_in_four_numbers(text: str, ids: list[int]) -> None:
+    ran = Ran(
+        "PROGRAM MAIN VAR a : T_IPv4AddrArr; s : T_IPv4Addr; END_VAR"
+        f" a := F_ScanIPv4AddrIds('{text}'); s := F_CreateIPv4Addr(a); END_PROGRAM"
+    ).cycle()
+    assert list(ran["a"]) == ids
+    assert ran["s"] == ".".join(map(str, ids))
+
+
 def test_wide_texts_and_guids() -> None:
     ran = Ran(
         'PROGRAM MAIN VAR w : WSTRING(20) := "aé€"; v : WSTRING(20); t : WSTRING(40);'
