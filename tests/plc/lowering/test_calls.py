@@ -28,6 +28,26 @@ def test_outputs_and_in_outs_reach_the_caller(run: Run) -> None:
     assert (ran["p"], ran["s"], ran["b"]) == ({"x": 5, "y": 2}, 7, True)
 
 
+def test_result_of_a_function_is_stored_by_its_name(run: Run) -> None:
+    ran = run(
+        "FUNCTION F : INT VAR_INPUT a : INT; END_VAR VAR_OUTPUT b : INT; END_VAR"
+        " b := a * 3; F := a * 2; END_FUNCTION\n"
+        "FUNCTION_BLOCK FB VAR n : INT := 5; END_VAR METHOD M : INT VAR_INPUT a : INT; END_VAR"
+        " M := n + a; END_METHOD END_FUNCTION_BLOCK\n"
+        "PROGRAM MAIN VAR fb : FB; x, y : INT; z, w : DINT; END_VAR"
+        " F(a := 4, F => x, b => y); z := F(a := 5, f => w); fb.M(a := 1, M => y); END_PROGRAM"
+    )
+    assert (ran["x"], ran["y"], ran["z"], ran["w"]) == (8, 6, 10, 10)
+
+
+def test_a_branch_behind_else_is_one_of_the_branches(run: Run) -> None:
+    ran = run(
+        "PROGRAM MAIN VAR i : INT; a : ARRAY [0..3] OF INT; END_VAR FOR i := 0 TO 3 DO"
+        " CASE i OF 1: a[i] := 10; ELSE a[i] := 99; 2: a[i] := 20; END_CASE END_FOR END_PROGRAM"
+    )
+    assert list(ran["a"]) == [99, 10, 20, 99]
+
+
 def test_inputs_of_a_block_keep_their_value(run: Run) -> None:
     ran = run(
         "FUNCTION_BLOCK FB VAR_INPUT a : INT := 2; b : INT; END_VAR VAR_OUTPUT q : INT; END_VAR"

@@ -106,8 +106,8 @@ def _whole(constant: Constant, target: IntegerType, at: int, type: IecType[Any])
         width = 8 * target.size
         if bits.low == 0 and value < 1 << width:
             return value - (1 << width)
-    is_signed = value < 0 == target.low and value >= -(1 << 8 * target.size - 1)
-    if is_signed and not isinstance(type, SubrangeType):
+    fits_signed = value < 0 == target.low and value >= -(1 << 8 * target.size - 1)
+    if fits_signed and not isinstance(type, SubrangeType):
         # So does a negative number of a type that is no longer: -3 in a DWORD is 16#FFFFFFFD.
         # Source: symbol file of a public project.
         return value & (1 << 8 * target.size) - 1
