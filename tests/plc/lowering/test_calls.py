@@ -32,12 +32,15 @@ def test_result_of_a_function_is_stored_by_its_name(run: Run) -> None:
     ran = run(
         "FUNCTION F : INT VAR_INPUT a : INT; END_VAR VAR_OUTPUT b : INT; END_VAR"
         " b := a * 3; F := a * 2; END_FUNCTION\n"
+        "FUNCTION G : LREAL VAR_INPUT a : LREAL; END_VAR G := a / 2; END_FUNCTION\n"
         "FUNCTION_BLOCK FB VAR n : INT := 5; END_VAR METHOD M : INT VAR_INPUT a : INT; END_VAR"
         " M := n + a; END_METHOD END_FUNCTION_BLOCK\n"
-        "PROGRAM MAIN VAR fb : FB; x, y : INT; z, w : DINT; END_VAR"
-        " F(a := 4, F => x, b => y); z := F(a := 5, f => w); fb.M(a := 1, M => y); END_PROGRAM"
+        "PROGRAM MAIN VAR fb : FB; x, y, v : INT; z, w : DINT; g : LREAL; END_VAR"
+        " F(a := 4, F => x, b => y); z := F(a := 5, f => w); fb.M(a := 1, M => v);"
+        " G(a := 3, G => g); END_PROGRAM"
     )
-    assert (ran["x"], ran["y"], ran["z"], ran["w"]) == (8, 6, 10, 10)
+    assert (ran["x"], ran["y"], ran["v"]) == (8, 12, 6)
+    assert (ran["z"], ran["w"], ran["g"]) == (10, 10, 1.5)
 
 
 def test_a_branch_behind_else_is_one_of_the_branches(run: Run) -> None:

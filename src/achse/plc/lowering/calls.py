@@ -87,13 +87,14 @@ class CallLowering(PlaceLowering):
         arguments = self.arguments(routine, call.inputs)
         self.changes += 1
         outputs = {one.offset: self.temporary(flat(one.type)) for one in outputs_of(routine)}
-        if not outputs:
+        if not (outputs or call.outputs):
             return [nodes.RoutineCall(routine, entry, instance, arguments, (), call.type)], None
         result = self.temporary(call.type)
-        targets = (result, *outputs.values())
-        effects: list[nodes.LoweredValue] = [
-            nodes.RoutineCall(routine, entry, instance, arguments, targets, call.type)
-        ]
+        targets = (result, *outputs.values()) if outputs else ()
+        called = nodes.RoutineCall(routine, entry, instance, arguments, targets, call.type)
+        effects: list[nodes.LoweredValue] = [called if outputs else nodes.Keep(result, called)]
+        if routine.result is not None:  # `F(a := x, F => y)` stores it.
+            outputs[routine.result.offset] = result
         self.callees.append(PresentCallee(None, outputs))
         effects += [self.store(one.storage, one.value, alone=False) for one in call.outputs]
         self.callees.pop()
