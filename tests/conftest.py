@@ -1,6 +1,7 @@
 """What several rooms of the tests need: witnesses, loopback addresses of their own, stations."""
 
 import asyncio
+import contextlib
 import importlib.util
 import inspect
 import os
@@ -50,8 +51,9 @@ sys.meta_path.insert(0, PlainImports())
 # when it is imported, for more than a second.
 sys.modules["rfc3987_syntax"] = None  # type: ignore[assignment]
 
-from hypothesis import HealthCheck, is_hypothesis_test, settings
+from hypothesis import HealthCheck, control, is_hypothesis_test, settings
 from hypothesis.internal.conjecture import providers
+from hypothesis.strategies._internal import core
 
 from achse import testing
 from achse.ams import AmsAddress, Command, DeviceError, Frame
@@ -89,6 +91,9 @@ settings.load_profile("busy")
 
 DEEP = 10
 """How many times as many random examples `--deep` tries."""
+
+USUAL, FEWEST = 0.6, 8
+"""Part of the random examples that a file names which a usual run tries, and from how many on."""
 
 TCP_PORT = 48898
 
@@ -346,19 +351,26 @@ def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool 
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Every test of a quick file is marked so; `--deep` gives each property more examples."""
-    deepened = set()
+    """Every test of a quick file is marked so; the run decides how many examples a property has."""
+    decided = set()
     for item in items:
         if _is_quick(item.path):
             item.add_marker(pytest.mark.quick)
         function = getattr(item, "obj", None)
-        if config.option.deep and is_hypothesis_test(function):
+        if is_hypothesis_test(function):
             function = getattr(function, "__func__", function)
-            if function not in deepened:
-                deepened.add(function)
+            if function not in decided:
+                decided.add(function)
                 own = getattr(function, SETTINGS, settings())
-                more = settings(own, max_examples=own.max_examples * DEEP, derandomize=False)
-                setattr(function, SETTINGS, more)
+                setattr(function, SETTINGS, examples_of_run(own, deep=config.option.deep))
+
+
+def examples_of_run(own: settings, *, deep: bool) -> settings:
+    """Return the settings of a property: ten times the examples of its file, or most of them."""
+    count = own.max_examples
+    if deep:
+        return settings(own, max_examples=count * DEEP, derandomize=False)
+    return settings(own, max_examples=max(round(count * USUAL), min(count, FEWEST)))
 
 
 SETTINGS = "_hypothesis_internal_use_settings"
@@ -376,9 +388,14 @@ def pytest_configure(config: pytest.Config) -> None:
     """Without `--deep`, Hypothesis draws no constants that it finds in our modules.
 
     It would parse all that are loaded, and a test alone would draw other examples than in a run.
+    Nor does it look before and after each value whether the module `random` was used: a quarter of
+    the time of drawing.
     """
     if not config.option.deep:
         providers._get_local_constants = lambda: providers._local_constants
+        unchecked = contextlib.nullcontext()
+        for module in (core, control):
+            vars(module)["deprecate_random_in_strategy"] = lambda *_: unchecked
 
 
 @pytest.fixture(scope="session")
