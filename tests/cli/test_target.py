@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 
+from achse.cli.target import listening_endpoint
 from tests.warm_commands import PIPES, WarmCommands
 
 
@@ -35,6 +36,25 @@ def test_host_has_its_tcp_port_behind_a_colon(
         assert cli(*words, "--host", where, "--tcp-port", "1").stdout
     refusal = cli("ads", "state", "--host", "127.0.0.1:70000", exit_code=2).stderr
     assert "a TCP port is 1..65535, got '70000'" in refusal
+
+
+@pytest.mark.parametrize(
+    ("host", "tcp_port", "where"),
+    [
+        (None, None, (None, None)),
+        (None, 0, (None, 0)),
+        ("127.0.0.2", 0, ("127.0.0.2", 0)),
+        ("127.0.0.2:5000", None, ("127.0.0.2", 5000)),
+        ("127.0.0.2:5000", 1, ("127.0.0.2", 5000)),
+        ("::1", None, ("::1", None)),
+        ("[::1]", 7, ("::1", 7)),
+        ("[::1]:5000", None, ("::1", 5000)),
+    ],
+)
+def test_address_to_listen_on_may_have_its_port(
+    host: str | None, tcp_port: int | None, where: tuple[str | None, int | None]
+) -> None:
+    assert listening_endpoint(host, tcp_port) == where
 
 
 def test_a_port_without_device_is_reported_by_code_and_name(cli: Callable[..., Any]) -> None:

@@ -52,7 +52,9 @@ TestedProject = Annotated[
 
 ListenHost = Annotated[
     str | None,
-    typer.Option(envvar="ACHSE_HOST", help="Address to listen on.", show_default="127.0.0.1"),
+    typer.Option(
+        envvar="ACHSE_HOST", help="Address to listen on, or ADDRESS:PORT.", show_default="127.0.0.1"
+    ),
 ]
 
 ListenPort = Annotated[

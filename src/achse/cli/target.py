@@ -221,6 +221,17 @@ def endpoint(host: str, tcp_port: int) -> tuple[str, int]:
         raise typer.BadParameter(str(fault), param_hint="--host") from None
 
 
+def listening_endpoint(host: str | None, tcp_port: int | None) -> tuple[str | None, int | None]:
+    """Return the address and TCP port to listen on; None for one that no option says.
+
+    A port in the host comes before `--tcp-port`.
+    """
+    if host is None or not (host.startswith("[") or host.count(":") == 1):
+        return host, tcp_port
+    name, port = endpoint(host, ROUTER[1])
+    return name, tcp_port if host.endswith("]") else port
+
+
 async def ports_that_answer(client: "Client") -> list[int]:
     """Return which of the usual AMS ports of a target answer, by one request each."""
     import asyncio
