@@ -16,8 +16,9 @@ _LONGEST_BACK_NS = 3_000_000_000
 
 def with_routers(world: World) -> World:
     """Add one or two routers to some worlds; where rights go by NetId, those of routers too."""
-    draws = Stream(world.seed, "routers")
-    if not world.clients or not draws.chance(0.25):
+    draws, rights = Stream(world.seed, "routers"), Stream(world.seed, "rights of routers")
+    has_rights = "route" in world.machine
+    if not world.clients or (has_rights and rights.chance(0.5)) or not draws.chance(0.25):
         return world
     routers = [
         DrawnRouter(
@@ -42,7 +43,7 @@ def with_routers(world: World) -> World:
                 acts.append(Act(back, client, "dial"))
     acts.sort(key=lambda act: act.at_ns)
     routed = replace(world, routers=routers, clients=clients, acts=acts)
-    if "route" not in world.machine:
+    if not has_rights:
         return routed
-    routes = routes_of_routers(Stream(world.seed, "rights of routers"), routed)
+    routes = routes_of_routers(rights, routed)
     return replace(routed, machine={**world.machine, "route": [*world.machine["route"], *routes]})
