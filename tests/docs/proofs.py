@@ -160,7 +160,7 @@ elsewhere(
 elsewhere(
     "Only programs on this computer get AMS ports of their own.",
     f"{TCP}::test_peers_on_other_hosts_get_no_port_service_unless_let_in",
-    f"{TCP}::test_loopback_hosts",
+    "tests/transport/test_own_address.py::test_loopback_addresses",
 )
 elsewhere(
     "Nobody changes its routes from outside.",

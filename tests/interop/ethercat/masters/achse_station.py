@@ -38,6 +38,11 @@ INVALID, NOT_READY = 0x4655, 0x4650
 ERROR_OF = {"cable": INVALID, "killed": INVALID, "safeop": INVALID, "alarm": NOT_READY}
 
 
+_OP = 8
+_PATIENCE = 100
+"""Looks at a bus that is not well, until Op is requested again."""
+
+
 class Line:
     """The process with the slaves."""
 
@@ -78,6 +83,7 @@ class Axes:
 
     def __init__(self, nc: Client, bus: Any) -> None:
         self._nc, self._bus = nc, bus
+        self._looks = 0
 
     async def errors(self) -> list[int]:
         codes = [await self._nc.read_raw(0x4100 + n, 0x01, 4) for n in (1, 2)]
@@ -87,8 +93,17 @@ class Axes:
         return await self._nc.nc.axis(axis).position()
 
     async def bus_is_well(self) -> bool:
-        """DevState of the bus: no link error, all slaves in Op."""
-        return bool(await self._bus.read_raw(0x45, 0, 2) == bytes(2))
+        """DevState of the bus: no link error, all slaves in Op.
+
+        A slave whose synchronization a busy machine has spoiled three times is left where it is: Op
+        is requested now and then, as by a user.
+        """
+        if await self._bus.read_raw(0x45, 0, 2) == bytes(2):
+            return True
+        self._looks += 1
+        if self._looks % _PATIENCE == 0:
+            await self._bus.write_raw(0x03, _OP, b"")
+        return False
 
     async def enable(self) -> None:
         """Wait for the bus; reset and enable, again if the machine was busy meanwhile."""
