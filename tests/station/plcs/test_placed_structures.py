@@ -7,7 +7,12 @@ import pytest
 from achse.plc import Area
 from achse.station import ConfigError, Station
 from achse.station.configuration.station_file import parse
-from achse.station.plcs.placed_structures import PlacedStructure, find_place, placed_structures
+from achse.station.plcs.placed_structures import (
+    ClaimedStructures,
+    PlacedStructure,
+    find_place,
+    placed_structures,
+)
 
 TEXT = (
     "TYPE Inner : STRUCT n : INT; END_STRUCT END_TYPE"
@@ -55,3 +60,13 @@ def test_a_link_names_a_variable_or_its_place(tmp_path: Path) -> None:
     ):
         with pytest.raises(ConfigError, match=said):
             find_place(text, "link", there, station.plcs, "Inner")
+
+
+def test_structure_is_claimed_once(tmp_path: Path) -> None:
+    station = _station(tmp_path)
+    claimed = ClaimedStructures({851: _structures(station)})
+    assert [port for port, _ in claimed.free()] == [851] * len(claimed.there)
+    claimed.claim((851, "main.b"), "axis X", "axis[1].plc")
+    assert "MAIN.b" not in [each.name for _, each in claimed.free()]
+    with pytest.raises(ConfigError, match=r"axis\[2\]\.plc: MAIN\.b is linked to axis X already"):
+        claimed.claim((851, "main.b"), "axis Y", "axis[2].plc")

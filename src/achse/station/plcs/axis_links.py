@@ -19,8 +19,7 @@ from achse.plc import Area, PlcRuntime, PlcState
 from achse.plc.memory import Region
 from achse.plc.program import PlacedVariable
 from achse.station.configuration.station_file import AxisConfig
-from achse.station.configuration.types import ConfigError
-from achse.station.plcs.placed_structures import find_place, placed_structures
+from achse.station.plcs.placed_structures import ClaimedStructures, find_place, placed_structures
 
 if TYPE_CHECKING:
     from achse.st.files.solution import AxisMapping
@@ -221,36 +220,23 @@ def _take(axis: Axis, data: bytes) -> None:
         setattr(axis, name, value)
 
 
-class _Places:
-    """The structures of axes in all PLCs, and which of them belong to an axis already."""
+class _AxisStructures(ClaimedStructures[AxisVariable]):
+    """The structures of axes in all PLCs."""
 
     def __init__(self, nc: Nc, plcs: Mapping[int, PlcRuntime]) -> None:
+        super().__init__({port: axis_variables(plc.variables) for port, plc in plcs.items()})
         self.nc = nc
-        self.there = {
-            (port, each.name.casefold()): each
-            for port, plc in plcs.items()
-            for each in axis_variables(plc.variables)
-        }
         self.owners = {
             (port, each.owner.casefold()): each for (port, _), each in self.there.items()
         }
         self.axes_by_port: dict[int, dict[str, Axis]] = {port: {} for port in plcs}
-        self.used_by: dict[tuple[int, str], str] = {}
-        """Structures with the axis they belong to."""
 
     def link(self, port: int, name: str, config: AxisConfig, key: str) -> None:
         """Link a structure, or both of an AXIS_REF. Raises ConfigError for one of another axis."""
         for (at, variable), each in self.there.items():
             if at == port and name in (variable, each.owner.casefold()):
-                if (at, variable) in self.used_by:
-                    other = self.used_by[at, variable]
-                    raise ConfigError(f"{key}: {each.name} is linked to {other} already")
-                self.used_by[at, variable] = f"axis {config.name}"
+                self.claim((at, variable), f"axis {config.name}", key)
         self.axes_by_port[port][name] = self.nc.axis(config.id)
-
-    def free(self) -> list[tuple[int, AxisVariable]]:
-        """Structures that belong to no axis."""
-        return [(key[0], each) for key, each in self.there.items() if key not in self.used_by]
 
     def free_owners(self) -> dict[tuple[int, str], AxisVariable]:
         """AXIS_REFs of which nothing belongs to an axis."""
@@ -275,7 +261,7 @@ def link_axes(
     station has one axis, its only AXIS_REF or pair of structures to that. What is left is logged in
     the log. Raises ConfigError.
     """
-    places = _Places(nc, plcs)
+    places = _AxisStructures(nc, plcs)
     for number, config in enumerate(axes, 1):
         for plc in (config.plc,) if isinstance(config.plc, str) else config.plc:
             key = f"axis[{number}].plc"
@@ -291,7 +277,9 @@ def link_axes(
 
 
 def _link_mapped(
-    places: _Places, axes: Sequence[AxisConfig], mapped: "Mapping[int, Sequence[AxisMapping]]"
+    places: _AxisStructures,
+    axes: Sequence[AxisConfig],
+    mapped: "Mapping[int, Sequence[AxisMapping]]",
 ) -> set[int]:
     """Link the variables that the solutions map, to the axis of that name or else id; return the
     ids linked."""
@@ -311,7 +299,7 @@ def _link_mapped(
     return linked
 
 
-def _link_by_name(places: _Places, axes: Sequence[AxisConfig], count: int) -> None:
+def _link_by_name(places: _AxisStructures, axes: Sequence[AxisConfig], count: int) -> None:
     """Link AXIS_REFs by the name of the axis; the only ones to the only axis of the station."""
     named = {config.name.casefold(): config for config in axes}
     free = places.free_owners()
@@ -335,7 +323,7 @@ def _link_by_name(places: _Places, axes: Sequence[AxisConfig], count: int) -> No
             places.link(port, each.name.casefold(), config, each.name)
 
 
-def _log_free(places: _Places) -> None:
+def _log_free(places: _AxisStructures) -> None:
     owners = [each.owner for each in places.free_owners().values()]
     loose = [each.name for _, each in places.free() if each.owner == each.name]
     for names in (owners, loose):

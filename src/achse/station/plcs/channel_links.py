@@ -27,8 +27,8 @@ from achse.plc import Area, PlcRuntime, PlcState
 from achse.plc.memory import Region
 from achse.plc.program import PlacedVariable
 from achse.station.configuration.group import ChannelConfig
-from achse.station.configuration.types import LONGEST_NAME, ConfigError
-from achse.station.plcs.placed_structures import find_place, placed_structures
+from achse.station.configuration.types import LONGEST_NAME
+from achse.station.plcs.placed_structures import ClaimedStructures, find_place, placed_structures
 
 if TYPE_CHECKING:
     from achse.st.files.solution import ChannelMapping
@@ -167,32 +167,18 @@ class ChannelLinks:
             link.take(link.region.data[link.bytes] if runs else link.nothing)
 
 
-class _Structures:
-    """The structures of channels in all PLCs, and which of them belong to a channel already."""
+class _ChannelStructures(ClaimedStructures[ChannelVariable]):
+    """The structures of channels in all PLCs."""
 
     def __init__(self, nc: Nc, plcs: Mapping[int, PlcRuntime]) -> None:
+        super().__init__({port: channel_variables(plc.variables) for port, plc in plcs.items()})
         self.nc = nc
-        self.there = {
-            (port, each.name.casefold()): each
-            for port, plc in plcs.items()
-            for each in channel_variables(plc.variables)
-        }
         self.channels_by_port: dict[int, dict[str, NcChannel]] = {port: {} for port in plcs}
-        self.used_by: dict[tuple[int, str], str] = {}
 
     def link(self, port: int, name: str, config: ChannelConfig, key: str) -> None:
         """Link one structure. Raises ConfigError if it belongs to another channel."""
-        at = port, name
-        if at in self.used_by:
-            raise ConfigError(
-                f"{key}: {self.there[at].name} is linked to {self.used_by[at]} already"
-            )
-        self.used_by[at] = f"channel {config.id}"
+        self.claim((port, name), f"channel {config.id}", key)
         self.channels_by_port[port][name] = self.nc.channels.channel(config.id)
-
-    def free(self) -> list[tuple[int, ChannelVariable]]:
-        """Structures that belong to no channel."""
-        return [(key[0], each) for key, each in self.there.items() if key not in self.used_by]
 
 
 def link_channels(
@@ -207,7 +193,7 @@ def link_channels(
     (`mapped`, by port). Where the station has one channel, the only pair of
     structures (or the only one) belongs to it. What is left is logged. Raises ConfigError.
     """
-    places = _Structures(nc, plcs)
+    places = _ChannelStructures(nc, plcs)
     for number, config in enumerate(channels, 1):
         for plc in (config.plc,) if isinstance(config.plc, str) else config.plc:
             key = f"channel[{number}].plc"
@@ -232,7 +218,7 @@ def link_channels(
 
 
 def _link_mapped(
-    places: _Structures,
+    places: _ChannelStructures,
     channels: Sequence[ChannelConfig],
     mapped: "Mapping[int, Sequence[ChannelMapping]]",
 ) -> None:

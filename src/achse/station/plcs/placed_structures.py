@@ -4,7 +4,7 @@ type."""
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from itertools import product
-from typing import Any, NamedTuple, Protocol
+from typing import Any, Generic, NamedTuple, Protocol, TypeVar
 
 from achse.iec import ArrayType, IecType, StructType, resolved
 from achse.iec.nearest import did_you_mean
@@ -43,6 +43,39 @@ class NamedPlace(Protocol):
 
     @property
     def offset(self) -> int: ...
+
+
+N = TypeVar("N", bound=NamedPlace)
+
+
+class ClaimedStructures(Generic[N]):
+    """The structures of one kind in all PLCs, and the axis or channel to which each belongs."""
+
+    def __init__(self, structures: Mapping[int, Iterable[N]]) -> None:
+        self.there = {
+            (port, each.name.casefold()): each
+            for port, of_plc in structures.items()
+            for each in of_plc
+        }
+        """Structures by port and name in lower case."""
+        self.used_by: dict[tuple[int, str], str] = {}
+        """Owners of structures, as shown to the user."""
+
+    def claim(self, at: tuple[int, str], owner: str, key: str) -> None:
+        """Give a structure to an owner. Raises ConfigError if it belongs to another one."""
+        if at in self.used_by:
+            raise ConfigError(
+                f"{key}: {self.there[at].name} is linked to {self.used_by[at]} already"
+            )
+        self.used_by[at] = owner
+
+    def free(self) -> list[tuple[int, N]]:
+        """Return the structures that belong to nothing, each with its port."""
+        return [
+            (port, each)
+            for (port, name), each in self.there.items()
+            if (port, name) not in self.used_by
+        ]
 
 
 def placed_structures(
