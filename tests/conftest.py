@@ -22,6 +22,8 @@ from typing import Any
 
 import pytest
 
+from tests import unneeded_modules
+
 if os.environ.pop("PYTHONDONTWRITEBYTECODE", None):
     # Tests start hundreds of processes: each would compile the package again. Bytecode is beside
     # the sources, where pip has put that of other packages.
@@ -47,9 +49,7 @@ class PlainImports(MetaPathFinder):
 
 sys.meta_path.insert(0, PlainImports())
 
-# Judges international addresses for jsonschema, of which no schema here has one. It builds parsers
-# when it is imported, for more than a second.
-sys.modules["rfc3987_syntax"] = None  # type: ignore[assignment]
+unneeded_modules.leave_out()
 
 from hypothesis import HealthCheck, control, is_hypothesis_test, settings
 from hypothesis.internal.conjecture import providers

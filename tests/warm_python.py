@@ -30,6 +30,7 @@ from typing import Any
 from _pytest.config import default_plugins
 
 import achse.cli
+from tests import unneeded_modules
 from tests.warm_commands import Server, end_as, load, standard_streams
 
 __all__ = ["ABSENT", "BLOCK_END", "SHARED", "serving", "starting"]
@@ -251,7 +252,7 @@ WARM = (
 
 def main(path: str) -> None:
     """Serve calls; each child does what it is asked for."""
-    sys.modules["rfc3987_syntax"] = None  # type: ignore[assignment]  # as in tests/conftest.py
+    unneeded_modules.leave_out()
     achse_command = load()
     for name in WARM:
         import_module(name)

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from achse.cli.target import listening_endpoint
+from achse.cli.target import endpoint
 from tests.warm_commands import PIPES, WarmCommands
 
 
@@ -41,8 +41,6 @@ def test_host_has_its_tcp_port_behind_a_colon(
 @pytest.mark.parametrize(
     ("host", "tcp_port", "where"),
     [
-        (None, None, (None, None)),
-        (None, 0, (None, 0)),
         ("127.0.0.2", 0, ("127.0.0.2", 0)),
         ("127.0.0.2:5000", None, ("127.0.0.2", 5000)),
         ("127.0.0.2:5000", 1, ("127.0.0.2", 5000)),
@@ -52,9 +50,9 @@ def test_host_has_its_tcp_port_behind_a_colon(
     ],
 )
 def test_address_to_listen_on_may_have_its_port(
-    host: str | None, tcp_port: int | None, where: tuple[str | None, int | None]
+    host: str, tcp_port: int | None, where: tuple[str, int | None]
 ) -> None:
-    assert listening_endpoint(host, tcp_port) == where
+    assert endpoint(host, tcp_port) == where
 
 
 def test_a_port_without_device_is_reported_by_code_and_name(cli: Callable[..., Any]) -> None:

@@ -4,7 +4,7 @@ import functools
 import inspect
 import os
 from collections.abc import Callable, Coroutine, Sequence
-from typing import TYPE_CHECKING, Annotated, Any, NoReturn, get_type_hints
+from typing import TYPE_CHECKING, Annotated, Any, NoReturn, TypeVar, get_type_hints
 
 import typer
 
@@ -37,6 +37,8 @@ Json = Annotated[bool, typer.Option("--json", help="Print JSON.")]
 
 Listens = tuple[str, int]
 """Environment variable and default of a TCP port."""
+
+P = TypeVar("P", bound=int | None)
 
 Ask = Callable[..., Coroutine[Any, Any, None]]
 
@@ -211,7 +213,7 @@ def _run(
             raise typer.Exit(interrupted.exit_code) from None
 
 
-def endpoint(host: str, tcp_port: int) -> tuple[str, int]:
+def endpoint(host: str, tcp_port: P) -> tuple[str, int | P]:
     """Return name and TCP port of `--host` and `--tcp-port`; a port in the host comes first."""
     from achse.client.links.link import endpoint_of
 
@@ -219,17 +221,6 @@ def endpoint(host: str, tcp_port: int) -> tuple[str, int]:
         return endpoint_of(host, tcp_port)
     except ValueError as fault:
         raise typer.BadParameter(str(fault), param_hint="--host") from None
-
-
-def listening_endpoint(host: str | None, tcp_port: int | None) -> tuple[str | None, int | None]:
-    """Return the address and TCP port to listen on; None for one that no option says.
-
-    A port in the host comes before `--tcp-port`.
-    """
-    if host is None or not (host.startswith("[") or host.count(":") == 1):
-        return host, tcp_port
-    name, port = endpoint(host, ROUTER[1])
-    return name, tcp_port if host.endswith("]") else port
 
 
 async def ports_that_answer(client: "Client") -> list[int]:

@@ -14,6 +14,7 @@ from achse.client.links.link import (
     RouterDialer,
     TcpDialer,
     endpoint_of,
+    parse_tcp_port,
 )
 from achse.client.links.mqtt_link import MqttDialer
 from achse.client.links.secure_link import SECURE_SCHEME, SecureDialer, SecureTarget
@@ -194,8 +195,10 @@ def _is_time(seconds: object) -> bool:
 def _endpoint(host: str | None) -> tuple[str, int]:
     """Return name and TCP port of a host; of None, from the environment."""
     if host is not None:
-        return endpoint_of(host)
-    text = os.environ.get("ACHSE_TCP_PORT", str(TCP_PORT))
-    if not text.isascii() or not text.isdigit():
-        raise ValueError(f"ACHSE_TCP_PORT: a TCP port is 1..65535, got {text!r:.20}")
-    return endpoint_of(os.environ.get("ACHSE_HOST", "127.0.0.1"), int(text))
+        return endpoint_of(host, TCP_PORT)
+    text = os.environ.get("ACHSE_TCP_PORT")
+    try:
+        tcp_port = TCP_PORT if text is None else parse_tcp_port(text)
+    except ValueError as fault:
+        raise ValueError(f"ACHSE_TCP_PORT: {fault}") from None
+    return endpoint_of(os.environ.get("ACHSE_HOST", "127.0.0.1"), tcp_port)

@@ -462,7 +462,7 @@ class StationPlace:
         return None if life.station.ended else (life.listener, life.scheduler, life.watch.wake)
 
     def add_link(self, link: NetworkLink) -> None:
-        """Note nothing: `WorldRouter.station_ended` ends the links of routers."""
+        """Do nothing: `WorldRouter.station_ended` ends the links of routers."""
 
 
 def _nothing() -> None:

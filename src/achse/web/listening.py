@@ -97,13 +97,10 @@ class BoundedHttp(H11Protocol):
 class BoundedSocket(WSProtocol):
     """A WebSocket that reads no more while what it has to send is not taken: pings as well."""
 
-    opened_at = 0.0
-    """Time at which the connection became a WebSocket, s."""
-
-    def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
-        """Note that a page was opened."""
-        super().connection_made(transport)
+    def __init__(self, *arguments: Any, **settings: Any) -> None:
+        super().__init__(*arguments, **settings)
         self.opened_at = self.loop.time()
+        """Time at which the connection became a WebSocket, s."""
 
     def give_way(self) -> None:
         """End at once, for another."""
@@ -130,9 +127,9 @@ def _host(connection: Any) -> str:
 def _one_too_many(connections: Collection[Any], newest: BoundedHttp) -> BoundedHttp | BoundedSocket:
     """Return the connection that gives way.
 
-    It is one of the host that has most: the one that has asked nothing for longest, or the newest
-    page, but if that host is the newcomer's, `newest` itself is among those that ask nothing. No
-    connection with an answer under way ends.
+    It is one of the host that has most: the one that has waited for a request for longest (`newest`
+    perhaps); without one, the newest page. An answer under way goes on: then `newest` gives way,
+    whatever its host.
     """
     hosts = Counter(_host(each) for each in connections)
     most = max(hosts, key=lambda host: (hosts[host], host == _host(newest)))

@@ -31,8 +31,9 @@ def test_a_station_is_found_with_name_address_and_version(station: Any) -> None:
     assert line.split()[:4] == [station.net_id, "demo", station.host, "3.1.4024"]
 
 
-def test_without_a_host_the_environment_says_where(station: Any) -> None:
-    [line] = scan(host=station.host).stdout.splitlines()
+@pytest.mark.parametrize("tcp_port", ["", ":48898"])
+def test_without_a_host_the_environment_says_where(station: Any, tcp_port: str) -> None:
+    [line] = scan(host=station.host + tcp_port).stdout.splitlines()
     assert line.startswith(station.net_id)
 
 

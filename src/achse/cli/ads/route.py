@@ -11,7 +11,7 @@ import typer
 from achse.cli.ads.scan import Udp
 from achse.cli.failure import fail, fail_by
 from achse.cli.output import print_json, print_table
-from achse.cli.target import Json, client_command, net_id_of
+from achse.cli.target import Json, client_command, endpoint, net_id_of
 from achse.codes import ReturnCode
 from achse.codes.ports import SYSTEM_PORT
 
@@ -200,6 +200,7 @@ def add(
     if secure:
         _make_us_known(host, user, password, in_json)
         return
+    host, _ = endpoint(host, None)
     try:
         ours = address or address_towards(host)
     except OSError as failure:

@@ -18,7 +18,7 @@ from achse.cli.output import print_event
 from achse.cli.process import loop_factory, raise_file_limit
 from achse.cli.service_manager import announced
 from achse.cli.start.web import WebHost, WebPort, print_web
-from achse.cli.target import listening_endpoint, net_id_of
+from achse.cli.target import endpoint, net_id_of
 
 if TYPE_CHECKING:
     from achse.gateway.configuration import GatewayConfig
@@ -71,7 +71,8 @@ def router(
     log_format: LoggedAs = LogFormat.TEXT,
 ) -> None:
     """Route for many programs over one connection per target: a router without devices."""
-    host, tcp_port = listening_endpoint(host, tcp_port)
+    if host is not None:
+        host, tcp_port = endpoint(host, tcp_port)
     if net_id is not None:
         net_id_of(net_id)
     set_up_logs(log_format, log_level)

@@ -8,7 +8,7 @@ import typer
 
 from achse.cli.failure import fail
 from achse.cli.output import print_json, print_table
-from achse.cli.target import Json
+from achse.cli.target import Json, endpoint
 
 EVERYWHERE = ("127.0.0.1", "255.255.255.255")
 
@@ -44,7 +44,7 @@ def scan(
         return
 
     own = os.environ.get("ACHSE_HOST")
-    wanted = hosts or ([own] if own else EVERYWHERE)
+    wanted = hosts or ([endpoint(own, None)[0]] if own else EVERYWHERE)
     try:
         routers = asyncio.run(scan(wanted, seconds=timeout, port=udp_port))
     except OSError as failure:

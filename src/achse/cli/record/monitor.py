@@ -87,8 +87,7 @@ def monitor(
     tcp_port: TcpPort = 48898,
 ) -> None:
     """Show requests, answers and notifications as they pass, and record them, until Ctrl-C."""
-    if via is None:
-        host, tcp_port = endpoint(host, tcp_port)
+    host, tcp_port = endpoint(host, tcp_port)
     if quiet:
         if write is None:
             raise typer.BadParameter("expected --write FILE", param_hint="--quiet")

@@ -10,7 +10,7 @@ import typer
 from achse.cli.failure import fail
 from achse.cli.output import print_event, print_json
 from achse.cli.record.monitor import TcpPort, run_until_ended
-from achse.cli.target import Json
+from achse.cli.target import Json, endpoint
 
 if TYPE_CHECKING:
     from achse.monitor.recording import Recording
@@ -46,6 +46,7 @@ def replay(
     as_json: Json = False,
 ) -> None:
     """Serve a recording as the target it was taken from, until Ctrl-C."""
+    host, tcp_port = endpoint(host, tcp_port)
     run_until_ended(_replay(_recording(file), host, tcp_port), host, tcp_port)
 
 

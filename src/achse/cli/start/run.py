@@ -26,7 +26,7 @@ from achse.cli.service_manager import announced
 from achse.cli.start import detached
 from achse.cli.start.next_steps import next_steps
 from achse.cli.start.web import WebHost, WebPort, station_web
-from achse.cli.target import Json, listening_endpoint, net_id_of
+from achse.cli.target import Json, endpoint, net_id_of
 
 if TYPE_CHECKING:
     from achse.station import RunningStation, Station
@@ -108,7 +108,8 @@ def run(
 ) -> None:
     """Start a station and serve ADS clients until interrupted."""
     factor = _speed(speed)
-    host, tcp_port = listening_endpoint(host, tcp_port)
+    if host is not None:
+        host, tcp_port = endpoint(host, tcp_port)
     if net_id is not None:
         net_id_of(net_id)
     if detach:

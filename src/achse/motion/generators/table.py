@@ -31,7 +31,7 @@ def _by_phase_alone(ax: AxisFields) -> bool:
 
 
 def _stays(ax: AxisFields) -> None:
-    """Do nothing: there is no state to give back."""
+    """Do nothing: such a generator never hands back the set point."""
 
 
 def along_the_set_point(ax: AxisFields) -> float:

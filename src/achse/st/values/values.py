@@ -108,8 +108,8 @@ def _whole(constant: Constant, target: IntegerType, at: int, type: IecType[Any])
             return value - (1 << width)
     fits_signed = value < 0 == target.low and value >= -(1 << 8 * target.size - 1)
     if fits_signed and not isinstance(type, SubrangeType):
-        # So does a negative number of a type that is no longer: -3 in a DWORD is 16#FFFFFFFD.
-        # Source: symbol file of a public project.
+        # A negative number that fits into as many bits keeps its pattern, too: -3 in a DWORD is
+        # 16#FFFFFFFD. Source: symbol file of a public project.
         return value & (1 << 8 * target.size) - 1
     return value
 

@@ -37,7 +37,7 @@ def make_buses(building: Building) -> None:
         except (ServoError, ValueError) as fault:
             raise ConfigError(f"bus[{number}]: {fault}") from None
         if isinstance(fieldbus, InterfaceBus):
-            fieldbus.at_rest = lambda joined=joined: joined.at_rest  # type: ignore[misc]
+            fieldbus.at_rest = joined.at_rest
         building.fieldbuses[bus.name] = fieldbus
         building.buses.append(joined)
         building.exchanges.append(joined)

@@ -146,9 +146,8 @@ class AxisBus:
         for _, slave, _, part in self._places:
             self.servos.outputs[part] = slave.outputs
 
-    @property
     def at_rest(self) -> bool:
-        """True if no axis is enabled."""
+        """Return True if no axis is enabled."""
         return not any(servo.axis.loop_closed for servo in self.servos.servos)
 
     def missing_condition(self, axis_id: int) -> str:
