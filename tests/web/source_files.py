@@ -7,7 +7,7 @@ from achse.web.settings import EditedProject, WebSettings
 
 __all__ = ["MAIN", "make_project", "settings", "station"]
 
-MAIN = "PROGRAM MAIN\nVAR\n    nCount : INT;\nEND_VAR\nnCount := nCount + 1;\nEND_PROGRAM\n"
+MAIN = "PROGRAM MAIN\nVAR\n    nCount : DINT;\nEND_VAR\nnCount := nCount + 1;\nEND_PROGRAM\n"
 POU = """<?xml version="1.0" encoding="utf-8"?>
 <TcPlcObject><POU Name="F_Twice"><Declaration><![CDATA[FUNCTION F_Twice : INT
 VAR_INPUT
