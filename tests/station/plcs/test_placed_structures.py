@@ -65,7 +65,7 @@ def test_a_link_names_a_variable_or_its_place(tmp_path: Path) -> None:
 def test_structure_is_claimed_once(tmp_path: Path) -> None:
     station = _station(tmp_path)
     claimed = ClaimedStructures({851: _structures(station)})
-    assert [port for port, _ in claimed.free()] == [851] * len(claimed.there)
+    assert [port for port, _ in claimed.free()] == [851] * len(claimed.structures)
     claimed.claim((851, "main.b"), "axis X", "axis[1].plc")
     assert "MAIN.b" not in [each.name for _, each in claimed.free()]
     with pytest.raises(ConfigError, match=r"axis\[2\]\.plc: MAIN\.b is linked to axis X already"):

@@ -461,7 +461,7 @@ class Execution:
         )
 
     def spend(self, size: int) -> None:
-        """Count moved bytes. Raises CYCLE_TIME_EXCEED if they are too many for one cycle."""
+        """Count moved bytes. Raises PlcFault CYCLE_TIME_EXCEED if a cycle moves too many."""
         self._spent(size // BYTES_A_PASS, b"")
 
     def _spent(self, passes: int, value: bytes) -> bytes:

@@ -104,7 +104,7 @@ class Heap:
         return self._records.get(address)
 
     def free(self, address: int) -> None:
-        """Free bytes. Raises ACCESS_VIOLATION if they are not in use."""
+        """Free bytes. Raises PlcFault ACCESS_VIOLATION if they are not in use."""
         offset = address - self._memory.address(Area.HEAP, 0)
         size = self._used.pop(offset, None)
         if size is None:

@@ -49,16 +49,16 @@ class BuiltinMemory:
         self._records.clear()
 
     def load_bytes(self, address: int, size: int) -> bytes:
-        """Return bytes of PLC memory; raises ACCESS_VIOLATION."""
+        """Return bytes of PLC memory. Raises PlcFault ACCESS_VIOLATION for an address outside."""
         data: bytes = self._linked().namespace["load_bytes"](address, size)
         return data
 
     def store_bytes(self, address: int, data: bytes) -> object:
-        """Put bytes into PLC memory; raises ACCESS_VIOLATION."""
+        """Write bytes to PLC memory. Raises PlcFault ACCESS_VIOLATION for an address outside."""
         return self._linked().namespace["store_bytes"](address, data)
 
     def spend(self, size: int) -> None:
-        """Count moved bytes. Raises CYCLE_TIME_EXCEED."""
+        """Count moved bytes. Raises PlcFault CYCLE_TIME_EXCEED if a cycle moves too many."""
         self._linked().spend(size)
 
     def make_bytes(self, data: bytes) -> int:

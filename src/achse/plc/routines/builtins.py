@@ -27,15 +27,15 @@ class BuiltinContext(Protocol):
     """Interface of the PLC to a built-in."""
 
     def load_bytes(self, address: int, size: int) -> bytes:
-        """Return bytes at an address. Raises ACCESS_VIOLATION where there is no memory."""
+        """Return bytes of PLC memory. Raises PlcFault ACCESS_VIOLATION for an address outside."""
         ...
 
     def store_bytes(self, address: int, data: bytes) -> object:
-        """Write bytes to an address. Raises ACCESS_VIOLATION where there is no memory."""
+        """Write bytes to PLC memory. Raises PlcFault ACCESS_VIOLATION for an address outside."""
         ...
 
     def spend(self, size: int) -> None:
-        """Say that so many bytes are moved. Raises CYCLE_TIME_EXCEED if that is too much."""
+        """Count moved bytes. Raises PlcFault CYCLE_TIME_EXCEED if a cycle moves too many."""
         ...
 
     def make_bytes(self, data: bytes) -> int:

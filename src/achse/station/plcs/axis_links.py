@@ -227,20 +227,20 @@ class _AxisStructures(ClaimedStructures[AxisVariable]):
         super().__init__({port: axis_variables(plc.variables) for port, plc in plcs.items()})
         self.nc = nc
         self.owners = {
-            (port, each.owner.casefold()): each for (port, _), each in self.there.items()
+            (port, each.owner.casefold()): each for (port, _), each in self.structures.items()
         }
         self.axes_by_port: dict[int, dict[str, Axis]] = {port: {} for port in plcs}
 
     def link(self, port: int, name: str, config: AxisConfig, key: str) -> None:
         """Link a structure, or both of an AXIS_REF. Raises ConfigError for one of another axis."""
-        for (at, variable), each in self.there.items():
+        for (at, variable), each in self.structures.items():
             if at == port and name in (variable, each.owner.casefold()):
                 self.claim((at, variable), f"axis {config.name}", key)
         self.axes_by_port[port][name] = self.nc.axis(config.id)
 
     def free_owners(self) -> dict[tuple[int, str], AxisVariable]:
         """AXIS_REFs of which nothing belongs to an axis."""
-        owners = {(key[0], self.there[key].owner.casefold()) for key in self.used_by}
+        owners = {(key[0], self.structures[key].owner.casefold()) for key in self.used_by}
         return {
             key: each
             for key, each in self.owners.items()
@@ -258,14 +258,14 @@ def link_axes(
 
     `plc` of an axis names its variables. Of the other axes those are linked that the solution of a
     PLC maps (`mapped`, by port); then an AXIS_REF belongs to the axis of its name, and where the
-    station has one axis, its only AXIS_REF or pair of structures to that. What is left is logged in
-    the log. Raises ConfigError.
+    station has one axis, its only AXIS_REF or pair of structures to that. What is left is logged.
+    Raises ConfigError.
     """
     places = _AxisStructures(nc, plcs)
     for number, config in enumerate(axes, 1):
         for plc in (config.plc,) if isinstance(config.plc, str) else config.plc:
             key = f"axis[{number}].plc"
-            port, name = find_place(plc, key, {**places.owners, **places.there}, plcs, _KINDS)
+            port, name = find_place(plc, key, {**places.owners, **places.structures}, plcs, _KINDS)
             places.link(port, name, config, key)
     others = [config for config in axes if not config.plc]
     linked = _link_mapped(places, others, mapped or {})
@@ -290,7 +290,8 @@ def _link_mapped(
         for mapping in mappings:
             name = mapping.variable.casefold()
             config = by_name.get(mapping.axis.casefold()) or by_id.get(mapping.axis_id)
-            if config is None or (port, name) not in places.there or (port, name) in places.used_by:
+            at = port, name
+            if config is None or at not in places.structures or at in places.used_by:
                 continue
             places.link(port, name, config, mapping.variable)
             linked.add(config.id)

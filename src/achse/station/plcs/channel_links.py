@@ -197,7 +197,7 @@ def link_channels(
     for number, config in enumerate(channels, 1):
         for plc in (config.plc,) if isinstance(config.plc, str) else config.plc:
             key = f"channel[{number}].plc"
-            port, name = find_place(plc, key, places.there, plcs, _KINDS)
+            port, name = find_place(plc, key, places.structures, plcs, _KINDS)
             places.link(port, name, config, key)
     _link_mapped(places, [config for config in channels if not config.plc], mapped or {})
     free = places.free()
@@ -228,7 +228,8 @@ def _link_mapped(
         for mapping in mappings:
             name = mapping.variable.casefold()
             config = by_name.get(mapping.channel[:LONGEST_NAME].casefold())
-            if config is None or (port, name) not in places.there or (port, name) in places.used_by:
+            at = port, name
+            if config is None or at not in places.structures or at in places.used_by:
                 continue
             places.link(port, name, config, mapping.variable)
             values = config.id, mapping.variable, port

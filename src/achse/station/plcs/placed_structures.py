@@ -52,7 +52,7 @@ class ClaimedStructures(Generic[N]):
     """The structures of one kind in all PLCs, and the axis or channel to which each belongs."""
 
     def __init__(self, structures: Mapping[int, Iterable[N]]) -> None:
-        self.there = {
+        self.structures = {
             (port, each.name.casefold()): each
             for port, of_plc in structures.items()
             for each in of_plc
@@ -65,7 +65,7 @@ class ClaimedStructures(Generic[N]):
         """Give a structure to an owner. Raises ConfigError if it belongs to another one."""
         if at in self.used_by:
             raise ConfigError(
-                f"{key}: {self.there[at].name} is linked to {self.used_by[at]} already"
+                f"{key}: {self.structures[at].name} is linked to {self.used_by[at]} already"
             )
         self.used_by[at] = owner
 
@@ -73,7 +73,7 @@ class ClaimedStructures(Generic[N]):
         """Return the structures that belong to nothing, each with its port."""
         return [
             (port, each)
-            for (port, name), each in self.there.items()
+            for (port, name), each in self.structures.items()
             if (port, name) not in self.used_by
         ]
 
