@@ -17,7 +17,7 @@ from typing import Any
 import pytest
 
 SLOW = Path(__file__).parents[1] / "tests" / "data" / "slow_files.txt"
-LIMIT_S = 0.15
+LIMIT_S = 0.08
 """Seconds of processor time that all tests of a quick file take together."""
 
 DEAREST = 20

@@ -31,6 +31,7 @@ class TcpDevice:
         self.requests: list[bytes] = []
         self.connections = 0
         self.hang_up = threading.Event()
+        self._closing = threading.Event()
         self._answer = answer
         self._sends = sends
         self._open: socket.socket | None = None
@@ -42,6 +43,9 @@ class TcpDevice:
             while True:
                 self._open, _ = self.listener.accept()
                 self.connections += 1
+                if self._closing.is_set():  # `close` may not have seen this connection
+                    self._open.close()
+                    return
                 with suppress(ConnectionError), closing(self._open):
                     self._talk(self._open)
 
@@ -59,6 +63,7 @@ class TcpDevice:
                     return
 
     def close(self) -> None:
+        self._closing.set()
         for each in (self.listener, self._open):
             if each is not None:
                 with suppress(OSError):
