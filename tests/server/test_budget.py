@@ -345,3 +345,10 @@ def test_even_costs_are_taken_at_once_as_one_by_one(
         together.take_evenly(cost, cycle_ns, count)
         assert together.remaining == single.remaining
         assert together.covers(cost, SECOND + (count + 1) * cycle_ns, cycle_ns)
+
+
+def test_budget_covers_what_each_cycle_gives() -> None:
+    budget = SampleBudget(1000)
+    budget.refill(SECOND)
+    assert budget.covers(1, SECOND + MS, MS)
+    assert not budget.covers(2, SECOND + MS, MS)

@@ -195,6 +195,12 @@ def test_index_group_on_a_page_is_replaced_and_restored() -> None:
     assert table.by_index == before
 
 
+def test_index_groups_of_further_pages_are_not_listed() -> None:
+    table = ServiceTable([ObjectGroup(0x4100, 0xFFF, str, ())])
+    assert len(table.by_index) == 0x100
+    assert table.get(0x1_4100) is table.get(0x4100)
+
+
 def test_pages_of_a_group_of_objects_belong_to_it_alone() -> None:
     pages = ObjectGroup(0x4100, 0x3FF, str, ())
     other = RawGroup(0x2_4110, "other", write=lambda *_: None)
