@@ -98,7 +98,12 @@ def test_all_join_the_network_and_files_are_those_of_the_fleet(folder: Path) -> 
 
 
 def test_another_broker(folder: Path) -> None:
-    for given_one, expected in (("broker:2000", ("broker", 2000)), ("there", ("there", 0))):
+    for given_one, expected in (
+        ("broker:2000", ("broker", 2000)),
+        ("there", ("there", 0)),
+        ("fd00::7", ("fd00::7", 0)),
+        ("[fd00::7]:2000", ("fd00::7", 2000)),
+    ):
         [mqtt] = plan_of(folder, broker=given_one).station_config(1).mqtt
         assert (mqtt.broker, mqtt.port) == expected
     for wrong in ("broker:", "broker:x", ":1", "a:0", "a:70000"):

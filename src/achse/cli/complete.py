@@ -21,8 +21,9 @@ def _answer_in_time(
     import asyncio
 
     from achse.ams import NetId
+    from achse.ams.host_port import host_and_port
     from achse.client import connect
-    from achse.client.links.link import TcpDialer, endpoint_of
+    from achse.client.links.link import TcpDialer
 
     options = getattr(context, "params", None) or {}
     host = options.get("host") or os.environ.get("ACHSE_HOST", "127.0.0.1")
@@ -33,7 +34,7 @@ def _answer_in_time(
         async with (
             asyncio.timeout(_PATIENCE_S),
             connect(
-                TcpDialer(*endpoint_of(host, int(tcp_port))),
+                TcpDialer(*host_and_port(host, int(tcp_port))),
                 net_id=NetId(net_id) if net_id else None,
                 port=options.get("port") or port,
                 timeout=_PATIENCE_S,

@@ -215,10 +215,10 @@ def _run(
 
 def endpoint(host: str, tcp_port: P) -> tuple[str, int | P]:
     """Return name and TCP port of `--host` and `--tcp-port`; a port in the host comes first."""
-    from achse.client.links.link import endpoint_of
+    from achse.ams.host_port import host_and_port
 
     try:
-        return endpoint_of(host, tcp_port)
+        return host_and_port(host, tcp_port)
     except ValueError as fault:
         raise typer.BadParameter(str(fault), param_hint="--host") from None
 

@@ -7,14 +7,13 @@ from types import TracebackType
 from typing import Any
 
 from achse.ams import AmsAddress, NetId
+from achse.ams.host_port import host_and_port, parse_tcp_port
 from achse.client.links.link import (
     GRANT_TIME,
     Dialer,
     Mode,
     RouterDialer,
     TcpDialer,
-    endpoint_of,
-    parse_tcp_port,
 )
 from achse.client.links.mqtt_link import MqttDialer
 from achse.client.links.secure_link import SECURE_SCHEME, SecureDialer, SecureTarget
@@ -195,10 +194,10 @@ def _is_time(seconds: object) -> bool:
 def _endpoint(host: str | None) -> tuple[str, int]:
     """Return name and TCP port of a host; of None, from the environment."""
     if host is not None:
-        return endpoint_of(host, TCP_PORT)
+        return host_and_port(host, TCP_PORT)
     text = os.environ.get("ACHSE_TCP_PORT")
     try:
         tcp_port = TCP_PORT if text is None else parse_tcp_port(text)
     except ValueError as fault:
         raise ValueError(f"ACHSE_TCP_PORT: {fault}") from None
-    return endpoint_of(os.environ.get("ACHSE_HOST", "127.0.0.1"), tcp_port)
+    return host_and_port(os.environ.get("ACHSE_HOST", "127.0.0.1"), tcp_port)

@@ -7,8 +7,9 @@ from pathlib import Path
 from typing import Any
 
 from achse.ams import NetId
+from achse.ams.host_port import host_and_port
 from achse.client import connect
-from achse.client.links.link import TcpDialer, endpoint_of
+from achse.client.links.link import TcpDialer
 from achse.codes.station import SERVICE_PORT
 from achse.dap.link import DebugLink
 from achse.st.files.forms import has_station
@@ -95,7 +96,7 @@ class Target:
     def _endpoint(self) -> tuple[str, int]:
         """Return host and TCP port to attach to; a port in `host` comes before `tcpPort`."""
         try:
-            return endpoint_of(self._text("host", "127.0.0.1"), self._number("tcpPort", TCP_PORT))
+            return host_and_port(self._text("host", "127.0.0.1"), self._number("tcpPort", TCP_PORT))
         except ValueError as fault:
             raise TargetError(str(fault)) from None
 

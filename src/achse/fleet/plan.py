@@ -10,6 +10,7 @@ from typing import Annotated, Any, Literal, TypeVar
 from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, ValidationError, model_validator
 
 from achse.ams import NetId
+from achse.ams.host_port import host_and_port
 from achse.fleet.lines import line_of
 from achse.iec.nearest import did_you_mean
 from achse.station import Station
@@ -129,7 +130,7 @@ class FleetPlan:
         text = _read(file)
         document = _document(file, text)
         if broker is not None and isinstance(mqtt := document.get("mqtt"), dict):
-            mqtt["broker"], mqtt["port"] = _host_and_port(broker)
+            mqtt["broker"], mqtt["port"] = _broker(broker)
         try:
             config = FleetConfig.model_validate(document)
         except ValidationError as failure:
@@ -350,13 +351,11 @@ def _error_text(file: Path, text: str, document: Mapping[str, Any], fault: Any) 
     return f"{_at(file, text, place)}{key + ': ' * bool(key)}{expected}"
 
 
-def _host_and_port(text: str) -> tuple[str, int]:
-    host, colon, port = text.rpartition(":")
-    if not colon:
-        return text, 0
-    if not host or not port.isascii() or not port.isdigit() or not 0 < int(port) < 0x1_0000:
-        raise ConfigError(f"a broker is host or host:port, got {text!r:.80}")
-    return host, int(port)
+def _broker(text: str) -> tuple[str, int]:
+    try:
+        return host_and_port(text, 0)
+    except ValueError:
+        raise ConfigError(f"a broker is host or host:port, got {text!r:.80}") from None
 
 
 def _merge(document: dict[str, Any], changes: Mapping[str, Any]) -> None:

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from enum import Enum, IntFlag
 
 from achse.ams import NetId
+from achse.ams.host_port import host_and_port
 from achse.ams.secure import SECURE_PORT, parse_fingerprint
 from achse.router.rights import ALL_RIGHTS, NO_RIGHTS, Right
 
@@ -132,14 +133,12 @@ class Route:
         return flags
 
     def endpoint(self) -> tuple[str, int]:
-        """Host and TCP port to dial. Raises RouteError for a port that is none."""
+        """Return host and TCP port to dial. Raises RouteError if neither is valid."""
         default_port = 48898 if self.tls is None else SECURE_PORT
-        host, colon, port = self.host.rpartition(":")
-        if not colon or (":" in host and not host.startswith("[")):
-            return self.host.strip("[]"), default_port
-        if not (port.isascii() and port.isdigit() and 0 < int(port) <= 0xFFFF):
-            raise RouteError(f"a TCP port is 1..65535, got {self.host!r:.60}")
-        return host.strip("[]"), int(port)
+        try:
+            return host_and_port(self.host, default_port)
+        except ValueError as fault:
+            raise RouteError(str(fault)) from None
 
     @property
     def host_name(self) -> str | None:

@@ -20,7 +20,6 @@ from achse.client.links.link import (
     RouterDialer,
     TcpDialer,
     address_of,
-    endpoint_of,
 )
 from achse.router import Router
 from achse.router.routes import RouteTable
@@ -124,20 +123,6 @@ def state_request(link: ClientLink, invoke_id: int = 1) -> Frame:
 async def ask(user: User, link: ClientLink) -> Frame:
     link.send(state_request(link))
     return await user.frames.get()
-
-
-@pytest.mark.parametrize(
-    ("host", "name", "tcp_port"),
-    [
-        ("plc", "plc", 5000),
-        ("plc:48898", "plc", 48898),
-        ("::1", "::1", 5000),
-        ("[::1]", "::1", 5000),
-        ("[::1]:77", "::1", 77),
-    ],
-)
-def test_endpoint_of_a_host(host: str, name: str, tcp_port: int) -> None:
-    assert endpoint_of(host, 5000) == (name, tcp_port)
 
 
 def test_on_this_host_the_router_grants_a_port(run_for_real: Run, router: Router) -> None:

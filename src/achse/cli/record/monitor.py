@@ -263,13 +263,13 @@ async def _watching(
 
 
 def _endpoint(via: str) -> tuple[str, int]:
-    """Host and TCP port of `HOST[:PORT]`."""
-    name, colon, port = via.rpartition(":")
-    if not colon:
-        return via, 48898
-    if not (name and port.isascii() and port.isdigit() and 0 < int(port) < 0x1_0000):
-        raise typer.BadParameter(f"expected HOST[:PORT], got {via!r}", param_hint="--via")
-    return name, int(port)
+    """Return host and TCP port of `HOST[:PORT]`."""
+    from achse.ams.host_port import host_and_port
+
+    try:
+        return host_and_port(via, 48898)
+    except ValueError:
+        raise typer.BadParameter(f"expected HOST[:PORT], got {via!r}", param_hint="--via") from None
 
 
 def _device(text: str) -> "AmsAddress":

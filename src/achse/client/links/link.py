@@ -9,7 +9,7 @@ import ipaddress
 import logging
 from collections.abc import Callable
 from enum import StrEnum
-from typing import Any, Literal, Protocol, TypeVar, cast
+from typing import Any, Literal, Protocol, cast
 
 from achse.ams import (
     AmsAddress,
@@ -24,8 +24,6 @@ from achse.transport.connections.caller import Caller
 from achse.transport.tcp.listener import TCP_PORT
 
 log = logging.getLogger("achse.client")
-
-P = TypeVar("P", bound=int | None)
 
 Mode = Literal["auto", "router", "direct"]
 """Names of `LinkMode`."""
@@ -238,34 +236,6 @@ class TcpLink(asyncio.Protocol):
         """End at once, as if lost."""
         if self._transport is not None:
             self._transport.abort()
-
-
-def endpoint_of(host: str, tcp_port: P) -> tuple[str, int | P]:
-    """Return name and TCP port of `NAME`, `NAME:PORT`, `[IPv6]:PORT`, or an IPv6 address.
-
-    `tcp_port` is that of a host that names none. Raises ValueError.
-    """
-    name, named = host, ""
-    has_port = False
-    if host.startswith("["):
-        name, _, named = host[1:].partition("]")
-        has_port, named = bool(named), named.removeprefix(":")
-    elif host.count(":") == 1:
-        name, _, named = host.partition(":")
-        has_port = True
-    if named.startswith("//") or not name:
-        raise ValueError(
-            f"host: expected NAME, NAME:TCP_PORT, or an address that begins with serial:,"
-            f" secure:// or mqtt://, got {host!r:.80}"
-        )
-    return name, parse_tcp_port(named) if has_port else tcp_port
-
-
-def parse_tcp_port(text: str) -> int:
-    """Return a TCP port from its text. Raises ValueError."""
-    if not (text.isascii() and text.isdigit() and 0 < int(text) < 0x1_0000):
-        raise ValueError(f"a TCP port is 1..65535, got {text!r:.20}")
-    return int(text)
 
 
 class TcpDialer:
