@@ -62,7 +62,6 @@ def _by_parameters(ax: AxisFields) -> int:
     if (
         ax.axis_type in (AxisType.DISCRETE_RAPID_CREEP, AxisType.ENCODER)
         or drive.type == DriveType.STEPPER
-        or ax.monitoring.encoder_moves
     ):
         features |= Feature.KIND
     if encoder.soft_limit_min_enable or encoder.soft_limit_max_enable:
