@@ -5,7 +5,8 @@ from typing import Any
 import pytest
 
 from achse.motion import AxisParameters, ControlBit, MotionPhase, Nc, StateBit, commands
-from achse.motion.control.signals import homing_cam, probe_inputs
+from achse.motion.control.signals import WAITS, arm_in_force, homing_cam, probe_inputs
+from achse.motion.features import Feature
 from achse.motion.machine.signals import drive_inputs
 
 RISING, FALLING = 0, 1
@@ -290,3 +291,12 @@ def test_inputs_of_probes_and_the_torque_reached(inputs: int) -> None:
     assert axis.touch_probe_inputs == inputs & 3 | 4
     axis.torque.target = 3.0
     assert axis.touch_probe_inputs == inputs & 3
+
+
+@pytest.mark.parametrize(("state", "latch"), [(0, 0), (1, 0), (0, WAITS), (1, WAITS)])
+def test_homing_is_watched_while_it_or_its_latch_waits(rig: Any, state: int, latch: int) -> None:
+    axis = rig.axis
+    axis.features = Feature.HOMING.value
+    axis.homing.state, axis.homing.latch = state, latch
+    arm_in_force(axis)
+    assert bool(axis.features & Feature.HOMING) is bool(state or latch)
