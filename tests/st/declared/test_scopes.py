@@ -125,6 +125,13 @@ def test_a_library_does_not_see_what_the_project_calls_the_same() -> None:
     assert messages(names) == []
 
 
+def test_an_internal_unit_of_a_library_is_not_seen_by_the_project() -> None:
+    names = _with_library("", "FUNCTION_BLOCK INTERNAL _FB_A END_FUNCTION_BLOCK")
+    assert names.scopes.find("_FB_A") is None
+    assert names.scopes.find("_FB_A", "My Library") is not None
+    assert messages(names) == []
+
+
 def test_a_name_of_two_libraries_is_doubtful() -> None:
     names = _with_library("", "TYPE E_B : (Same := 9); END_TYPE")
     other = Source("TYPE E_C : (Same := 8); END_TYPE", "c.st")

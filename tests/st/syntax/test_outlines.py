@@ -18,6 +18,10 @@ from achse.st.syntax.parser import parse
         ("TYPE S : STRUCT n : INT; END_STRUCT END_TYPE", ("S", "TypeDeclaration", 0)),
         ("FUNCTION F : INT END_FUNCTION", ("F", "Function", 0)),
         ("FUNCTION_BLOCK B END_FUNCTION_BLOCK", ("B", "FunctionBlock", 0)),
+        (
+            "FUNCTION_BLOCK INTERNAL B END_FUNCTION_BLOCK",
+            ("B", "FunctionBlock", 0, (), (), (), True),
+        ),
         ("PROGRAM P END_PROGRAM", ("P", "Program", 0)),
         ("INTERFACE I END_INTERFACE", ("I", "Interface", 0)),
         ("NAMESPACE N END_NAMESPACE", ("N", "Namespace", 0)),
@@ -41,7 +45,9 @@ def test_names_of_qualified_only_units_need_the_unit_in_front(kind: str) -> None
 def test_outlines_of_the_libraries_are_those_of_their_units() -> None:
     for file in library_files():
         kinds = [(item.name, item.kind, item.at) for item in file.outlines]
+        are_internal = [outline_of(unit).is_internal for unit in file.parsed.units]
+        assert [item.is_internal for item in file.outlines] == are_internal
         assert kinds == [(unit.name, type(unit).__name__, unit.at) for unit in file.parsed.units]
-        assert [list(map(list, item[3:])) for item in file.outlines] == [
-            list(map(list, outline_of(unit)[3:])) for unit in file.parsed.units
+        assert [list(map(list, item[3:6])) for item in file.outlines] == [
+            list(map(list, outline_of(unit)[3:6])) for unit in file.parsed.units
         ]

@@ -239,7 +239,8 @@ class Scopes:
                 self._add_unit(tree.file.unit(tree.number), source, "", True)
                 continue
             entry = before.get(key)
-            if key in entries or (entry and entry.source is not source) or key.startswith("__"):
+            is_other = entry is not None and entry.source is not source
+            if key in entries or is_other or outline.is_internal or key.startswith("__"):
                 self._add(outline, tree, source, "", True)
                 continue
             if entry is None:
@@ -268,16 +269,16 @@ class Scopes:
         key = name.lower()
         known = self.entries.get(key)
         library = _library_of(source) if is_library else ""
-        if known is not None:
-            if not is_library:
+        if known is not None or (library and unit.is_internal):
+            if known and not is_library:
                 first = known.source.locate(known.tree.at)
                 self.report(
                     source, unit.at, f"{name} is declared already, at {first}", Code.DUPLICATE_NAME
                 )
                 return
-            if not library or library == _library_of(known.source):
+            if known and (not library or library == _library_of(known.source)):
                 return
-            # Still there for the library itself and with its name space: `Tc2_Standard.CONCAT`.
+            # For the library itself and with its name space: `Tc2_Standard.CONCAT`.
             name = f"{library}.{name}"
             if name.lower() in self.entries:
                 return
@@ -341,7 +342,7 @@ class Scopes:
             if unit := self._of_libraries.get(name, {}).get(key):
                 return unit
         known = self.entries.get(key)
-        if known is None or known.is_library:
+        if known and known.is_library:
             return known
         units = (units[key] for units in self._of_libraries.values() if key in units)
         return next(units, None)

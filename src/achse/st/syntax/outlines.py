@@ -21,6 +21,8 @@ class UnitOutline(NamedTuple):
     """Properties that need no list in front, in lower case."""
     values: Sequence[str] = ()
     """Values of an enumeration that need no type in front, in lower case."""
+    is_internal: bool = False
+    """True for a block or function of access INTERNAL: only libraries see it by its bare name."""
 
 
 def outline_of(unit: Unit) -> UnitOutline:
@@ -43,4 +45,5 @@ def outline_of(unit: Unit) -> UnitOutline:
     if isinstance(unit, TypeDeclaration) and isinstance(unit.type, EnumOf):
         values = tuple(value.name.lower() for value in unit.type.values)
         return UnitOutline(unit.name, kind, unit.at, values=values)
-    return UnitOutline(unit.name, kind, unit.at)
+    is_internal = "INTERNAL" in getattr(unit, "modifiers", ())
+    return UnitOutline(unit.name, kind, unit.at, is_internal=is_internal)
