@@ -40,6 +40,24 @@ def test_no_library_routine_has_a_fault() -> None:
     assert execution.left_out == {}
 
 
+def test_a_project_may_use_the_names_of_private_routines() -> None:
+    """Each private block and function of a library is declared by the project too, as its own."""
+    private = [
+        unit
+        for parsed in standard_libraries()
+        for unit in parsed.units
+        if isinstance(unit, Function | FunctionBlock) and "INTERNAL" in unit.modifiers
+    ]
+    names = sorted({unit.name.lower() for unit in private})
+    assert len(names) > 30
+    own = "".join(f"FUNCTION {name} : INT {name} := 1; END_FUNCTION " for name in names)
+    calls = " + ".join(f"{name}()" for name in names)
+    move = "ax : AXIS_REF; move : MC_MoveAbsolute; read : ADSREAD;"
+    ran = Ran(f"{own} PROGRAM MAIN VAR n : INT; {move} END_VAR n := {calls}; END_PROGRAM").cycle()
+    assert ran.plc.failure == ""
+    assert ran["n"] == len(names)
+
+
 _CALLED = ("VAR_INPUT", "VAR_IN_OUT")
 
 
