@@ -1,6 +1,6 @@
 """Hosts as people write them, with a TCP port or without one.
 
-An IPv6 address before a port stands in brackets. Source: RFC 3986, section 3.2.2.
+Brackets enclose an IPv6 address before a port. Source: RFC 3986, section 3.2.2.
 """
 
 from typing import TypeVar
