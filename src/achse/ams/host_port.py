@@ -26,11 +26,11 @@ def host_and_port(host: str, tcp_port: P) -> tuple[str, int | P]:
             f"host: expected NAME, NAME:TCP_PORT, or an address that begins with serial:,"
             f" secure:// or mqtt://, got {host!r:.80}"
         )
-    return name, parse_tcp_port(named) if has_port else tcp_port
+    return name, parse_tcp_port(named, host) if has_port else tcp_port
 
 
-def parse_tcp_port(text: str) -> int:
-    """Return a TCP port from its text. Raises ValueError."""
+def parse_tcp_port(text: str, host: str = "") -> int:
+    """Return a TCP port from its text. Raises ValueError, which shows the `host` that names it."""
     if not (text.isascii() and text.isdigit() and 0 < int(text) < 0x1_0000):
-        raise ValueError(f"a TCP port is 1..65535, got {text!r:.20}")
+        raise ValueError(f"a TCP port is 1..65535, got {host or text!r:.60}")
     return int(text)
