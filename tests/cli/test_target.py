@@ -35,7 +35,7 @@ def test_host_has_its_tcp_port_behind_a_colon(
     for words in (("ads", "state"), ("wait",)):
         assert cli(*words, "--host", where, "--tcp-port", "1").stdout
     refusal = cli("ads", "state", "--host", "127.0.0.1:70000", exit_code=2).stderr
-    assert "a TCP port is 1..65535, got '70000'" in refusal
+    assert "a TCP port is 1..65535, got '127.0.0.1:70000'" in refusal
 
 
 @pytest.mark.parametrize(
