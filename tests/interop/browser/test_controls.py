@@ -116,7 +116,7 @@ CHANGED = f"""async ([before, trips]) => {{
 FULL = f"""async (trips) => {{
   const mark = {MARK};
   let count = -1;
-  for (let same = 0; same < trips || globalThis.asked.size > 0; same += 1) {{
+  for (let same = 0; same < trips || globalThis.asked.size > 0 || count <= 0; same += 1) {{
     const now = mark().length;
     if (now !== count) same = 0;
     count = now;
@@ -124,7 +124,7 @@ FULL = f"""async (trips) => {{
   }}
   return mark();
 }}"""
-"""Names of the controls of a page when no more of them come."""
+"""Names of the controls of a page when no more of them come, and there is one."""
 
 LOOK = f"""async ([name, hash, trips, patience]) => {{
   const seen = {SEEN};
